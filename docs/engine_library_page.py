@@ -27,8 +27,9 @@ are a maker's published figures where the last column says so; all other sizes f
 
 Free forces are those of the oscillating masses in closed form: first order in m r ω², second order in λ m r ω², moments
 besides in the distance of neighbouring throws, of neighbouring pairs of split pins, or of the cylinders of a single
-throw. `tests/properties/test_engine_library.py` compares the whole free forces and moments of runs with them within
-1 %, firing intervals exactly, and forced torsion with a chain of discs within 2 %. The torsional
+throw. `tests/properties/test_engine_library.py` compares the free forces and moments of a run's summary with them
+within 0.1 %, and firing intervals exactly. `tests/properties/test_articulated_rods.py` compares forces of rods in a run
+with their momentum within 2e-5, and forced torsion in time with that of the frequency domain within 1e-4. The torsional
 frequency is that of the cranktrain at rest (level `beam`), the mean effective pressure that of the built-in trace at
 full load.
 

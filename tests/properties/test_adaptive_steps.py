@@ -9,11 +9,10 @@ from functools import cache
 import numpy as np
 import pytest
 from bodies import six
-from started import at_speed
 
 from cranktrain.dynamics.simulation import Settings, simulate
 from cranktrain.loads.built_in_trace import KINKS, NO_KINK, fill_kinks
-from cranktrain.loads.gas_pressure import GasTrace, spline_coefficients
+from cranktrain.loads.gas_pressure import spline_coefficients
 
 SPEED = 2000 * math.pi / 30
 STEP = math.radians(6.0)
@@ -41,25 +40,17 @@ def error(tolerance, integrator="esdirk4", name="pulley.torsion"):
     return np.sqrt(np.mean((found - exact[::24]) ** 2)) / np.std(exact)
 
 
-@pytest.mark.parametrize(
-    ("integrator", "tolerances"),
-    [("esdirk4", (1e-4, 1e-6)), ("sdirk4", (1e-2, 1e-4)), ("generalised-alpha", (1e-2, 1e-4))],
-)
+@pytest.mark.parametrize(("integrator", "tolerances"), [
+    ("esdirk4", (1e-4, 1e-6)), ("sdirk4", (1e-2, 1e-4)), ("generalised-alpha", (1e-2, 1e-4)),
+])  # fmt: skip
 def test_error_follows_the_tolerance(integrator, tolerances):
-    """A hundredth of the tolerance: the local error of a method of order p (embedded p − 1) falls by it.
-
-    At 1e-2 nearly all steps of esdirk4 are the longest ones, 379 where 360 are the fewest: that error is the step's.
-    """
+    """A hundredth of the tolerance: the local error of a method of order p (embedded p − 1) falls by it."""
     errors = [error(tolerance, integrator) for tolerance in tolerances]
     assert errors[1] < 0.1 * errors[0]
     # The error of a run stays near that of a step: what damps the crank forgets the rest.
     assert errors[1] < 10 * tolerances[1] * (30 if integrator == "generalised-alpha" else 1)
-
-
-def test_steps_are_as_many_as_the_tolerance_asks():
-    steps = [run(tolerance).counters["steps"] for tolerance in (1e-2, 1e-4, 1e-6)]
-    assert steps[0] < steps[1] < steps[2]
-    assert run(1e-6).counters["missed_steps"] == 0
+    coarse, fine = (run(tolerance, integrator).counters for tolerance in tolerances)
+    assert coarse["steps"] < fine["steps"] and fine["missed_steps"] == 0
 
 
 def test_a_tolerance_that_no_step_meets_is_told():
@@ -69,31 +60,11 @@ def test_a_tolerance_that_no_step_meets_is_told():
     assert result.counters["missed_steps"] > 0
 
 
-def test_a_run_goes_on_from_its_state_to_the_bit():
-    def started():
-        return at_speed(SPEED, *six(), Settings(step=STEP, control="adaptive", tolerance=1e-4))
-
-    first, second = started(), started()
-    h = STEP / SPEED
-    for k in range(1, 31):
-        first.step(k * h)
-        if k == 20:
-            second.state = first.state
-        if k > 20:
-            second.step(k * h)
-    assert np.array_equal(first.state, second.state)
-
-
 def test_kinks_are_where_a_trace_breaks():
-    """A triangle breaks at its foot and its tip, a wave nowhere in particular."""
+    """A triangle breaks at its foot and its tip."""
     angle = np.arange(720) * (4 * math.pi / 720)
     triangle = np.interp(angle, np.radians([0.0, 200.0, 240.0, 280.0, 720.0]), [0.0, 0.0, 1e6, 0.0, 0.0])
     assert np.degrees(kinks(triangle)) == pytest.approx([200.0, 240.0, 280.0], abs=1.5)
-    # The start of the burn is the sharpest place of the built-in trace.
-    engine = six()[0]
-    burn = math.degrees(engine.combustion.start) % 720.0
-    found = np.degrees(kinks(GasTrace.from_engine(engine).fired))
-    assert min(abs((found - burn + 360.0) % 720.0 - 360.0)) < 2.0
 
 
 def test_steps_are_shorter_where_the_trace_breaks():

@@ -1,17 +1,15 @@
 """Added shafts on an engine's own laws: rollers, axial bearing, torsional damper, films of every level."""
 
-from __future__ import annotations
-
 import math
 from dataclasses import fields, replace
 
 import entry
 import numpy as np
 import pytest
+from bodies import series
 from one_line import one_line
 from scipy.optimize import brentq, fsolve
-from some import some
-from started import at_speed
+from started import at_speed, shown
 from tests.film_tables import RATIO, coarse_table
 from tests.rods import FOUR, beside, part, plain_engine
 
@@ -24,14 +22,12 @@ from cranktrain.engine.additions import ConnectionTable
 from cranktrain.engine.connections import Film, RingDamper, Roller, Thrust
 from cranktrain.engine.file import load_engine
 from cranktrain.engine.lubricant import oil_temperature, viscosity
-from cranktrain.engine.roller_bearing import RollerBearing
 from cranktrain.film.elastic.bore_compliance import RIGID_BORE, BoreCompliance
 from cranktrain.film.laws.bearings import Bearings, bearing_parameters, law_films
 from cranktrain.film.laws.film_solution import GROUPS, IN_DOUBLES
 from cranktrain.film.laws.register import PLAIN, bearing_law
-from cranktrain.film.laws.roller_contacts import equilibrium
 from cranktrain.film.laws.thrust import thrust_force, thrust_force_tilted, thrust_parameters
-from cranktrain.loads.damper import damper_parameters, damper_temperature, damping_coefficient, with_damper_housing
+from cranktrain.loads.damper import damper_parameters, damper_temperature, damping_coefficient
 from cranktrain.results.files import output_unit
 from cranktrain.results.summary import run_summary
 from cranktrain.store import film_tables
@@ -64,71 +60,6 @@ def link(name, law, data, interface="middle", other=None):
     return ct.Connection(name, law, (ct.End("r", interface), other or ct.End("ground")), data)
 
 
-def shown(run, name):
-    """Present value of an output."""
-    return float(run.outputs[run.output_names.index(name)])
-
-
-def advance(run, cycles, steps=288):
-    """Steps over so many cycles of the engine; outputs by name over all of them."""
-    rows = np.zeros((round(cycles * steps), run.outputs.size))
-    h = 4.0 * math.pi / float(run.inputs[0]) / steps
-    assert run.series(h, 1, rows) == len(rows)
-    return dict(zip(run.output_names, rows.T, strict=True))
-
-
-# Rollers --------------------------------------------------------------------------------------------------------------
-
-
-@pytest.mark.parametrize("ratio", [2.0, -2.0])
-def test_a_rotor_on_two_roller_bearings_sags_as_its_rollers_share_its_weight(ratio):
-    """Σ k l^(8/9) δ_j^(10/9) cos ψ_j = m g/2, δ_j = e cos ψ_j − G_r/2, the first roller straight below."""
-    frame, body = rotor(ratio)
-    links = (link("a", "roller", ROLLER, "front"), link("b", "roller", ROLLER, "rear"), link("z", "spring", FREE))
-    run = beside(ct.Topology((frame,), (body,), links), SPEED)
-    angles = 2.0 * math.pi * np.arange(ROLLER["rollers"]) / ROLLER["rollers"]
-    stiffness = 1e6 * 7.68e-5 ** (-10.0 / 9.0) * ROLLER["roller_length"] ** (8.0 / 9.0)
-
-    def missing(sag):
-        approach = np.maximum(sag * np.cos(angles) - 0.5 * ROLLER["clearance"], 0.0)
-        return float((stiffness * approach ** (10.0 / 9.0)) @ np.cos(angles)) - 0.5 * 4.0 * GRAVITY
-
-    exact = brentq(missing, 0.0, 1e-4, xtol=1e-18)
-    found = advance(run, 2)
-    for name in "ab":
-        sag = np.hypot(*(found[f"connection[{name}].position.{way}"] for way in "xy"))
-        force = np.hypot(*(found[f"connection[{name}].force.{way}"] for way in "xy"))
-        np.testing.assert_allclose(sag, exact, rtol=2e-4)
-        np.testing.assert_allclose(force, 0.5 * 4.0 * GRAVITY, rtol=2e-3)
-    assert found["r.position.z"][-1] == pytest.approx(0.0, abs=1e-12)
-
-
-def test_a_rotor_beside_its_one_roller_bearing_tilts_as_its_law_says():
-    """Weight with a lever along the axis: place and tilt of the law's own balance of force and moment."""
-    lever, mass = 2e-3, 4.0
-    frame, body = rotor(2.0, mass, lever)
-    # Damping outlasts the precession of a rotor that turns.
-    links = link("a", "roller", ROLLER | {"tilt_damping": 20.0}), link("z", "spring", FREE)
-    run = beside(ct.Topology((frame,), (body,), links), SPEED)
-    values = {key: ROLLER[key] for key in ("rollers", "clearance")}
-    bearing = RollerBearing(
-        length=ROLLER["roller_length"], diameter=ROLLER["roller_diameter"], pitch=ROLLER["pitch_diameter"], **values
-    )
-    weight = mass * GRAVITY
-    exact = equilibrium(bearing, np.array([0.0, -weight, 0.0, -weight * lever / (0.5 * bearing.length)]),
-                        -0.5 * math.pi, 12).place  # fmt: skip
-    assert abs(exact[3]) > 0.05 * abs(exact[1])  # it tilts
-    advance(run, 2)
-    # In space, both downwards.
-    place = entry.law(run, "a").place
-    assert np.hypot(*place[:2]) == pytest.approx(-exact[1], rel=1e-3)
-    assert np.hypot(*place[2:]) == pytest.approx(-exact[3], rel=1e-2)
-    assert place[:2] @ place[2:] == pytest.approx(np.hypot(*place[:2]) * np.hypot(*place[2:]), rel=1e-3)
-
-
-# Axial bearings -------------------------------------------------------------------------------------------------------
-
-
 @pytest.mark.parametrize("collar", ["square", "tilting"])
 @pytest.mark.parametrize("own_oil", [0.02, 0.0])
 def test_a_rotor_on_an_axial_bearing_sits_where_its_films_carry_the_load(collar, own_oil):
@@ -145,9 +76,12 @@ def test_a_rotor_on_an_axial_bearing_sits_where_its_films_carry_the_load(collar,
     parameters = thrust_parameters(Thrust(**COLLAR).bearing, own_oil or viscosity(oil, oil_temperature(oil, SPEED)))
     half = 0.5 * COLLAR["clearance"]
     exact = brentq(lambda z: thrust_force(z, 0.0, ratio * SPEED, parameters)[0] + load, 0.0, half, xtol=1e-15)
-    found = advance(run, 12)
+    found = series(run, 12 * 288, 288)
     assert found["connection[t].force.z"][-1] == pytest.approx(-load, rel=2e-3)
     assert found["connection[t].position.z"][-1] == pytest.approx(exact, rel=1e-3)
+    for name in "ab":  # rollers share the weight
+        force = np.hypot(*(found[f"connection[{name}].force.{way}"][-288:] for way in "xy"))
+        np.testing.assert_allclose(force, 0.5 * 4.0 * GRAVITY, rtol=2e-3)
 
 
 def test_a_tilting_collar_leans_as_its_pads_carry_a_moment():
@@ -168,7 +102,7 @@ def test_a_tilting_collar_leans_as_its_pads_carry_a_moment():
         return out[0] + load, (out[1] + torque) * 1e3, out[2] * 1e3
 
     exact = fsolve(missing, (5e-5, 1e-4, 0.0), xtol=1e-12)
-    found = advance(run, 24)
+    found = series(run, 24 * 288, 288)
     tilt = np.hypot(*(found[f"connection[t].rotation.{way}"][-1] for way in "xy"))
     assert found["connection[t].position.z"][-1] == pytest.approx(exact[0], rel=2e-3)
     assert tilt == pytest.approx(np.hypot(*exact[1:]), rel=5e-3)
@@ -176,14 +110,9 @@ def test_a_tilting_collar_leans_as_its_pads_carry_a_moment():
     assert moment == pytest.approx(torque, rel=5e-3)
 
 
-# Torsional dampers ----------------------------------------------------------------------------------------------------
-
-
 def ring_data(damper):
     """Data of a law 'damper' as an engine's damper has them."""
-    own = {entry.name for entry in fields(RingDamper)}
-    values = {entry.name: getattr(damper, entry.name) for entry in fields(damper) if entry.name in own}
-    return values | {"fluid": damper.law}
+    return values_of(damper, RingDamper) | {"fluid": damper.law}
 
 
 @pytest.mark.parametrize("ratio", [1.0, -2.0])
@@ -192,25 +121,20 @@ def test_a_ring_against_its_housing_swings_out_as_a_spring_and_damper(ratio, kin
     """ψ̈ + c/J ψ̇ + k/J ψ = 0 with 1/J = 1/J₁ + 1/J₂; k and c of the law at the table's temperature."""
     engine = load_engine("diesel_i6")
     damper = replace(engine.damper, kind=kind, law=law or engine.damper.law)
-    inertias = 1.0, 2.0
-    frame = ct.Frame("f", ratio, axis=(0.4, -0.2))
-    names = "housing", "ring"
-    bodies = [
-        rigid_body(name, 5.0, np.diag([0.6 * own, 0.6 * own, own]), (0, 0, 0), {"hub": (0, 0, 0)})
-        for name, own in zip(names, inertias, strict=True)
-    ]
+    inertias, frame, hub = {"housing": 1.0, "ring": 2.0}, ct.Frame("f", ratio, axis=(0.4, -0.2)), {"hub": (0, 0, 0)}
+    bodies = {name: rigid_body(name, 5.0, np.diag([0.6 * own, 0.6 * own, own]), (0, 0, 0), hub)
+              for name, own in inertias.items()}  # fmt: skip
     held = {"stiffness": (1e8, 1e8, 1e8), "damping": (1e4, 1e4, 1e4)} | LEVEL
-    links = [ct.Connection(name, "spring", (ct.End(name, "hub"), ct.End("ground")), held) for name in names]
+    links = [ct.Connection(name, "spring", (ct.End(name, "hub"), ct.End("ground")), held) for name in bodies]
     joint = ct.Connection("d", "damper", (ct.End("housing", "hub"), ct.End("ring", "hub")), ring_data(damper))
-    added = tuple(ct.Body(name, body, "f") for name, body in zip(names, bodies, strict=True))
+    added = tuple(ct.Body(name, body, "f") for name, body in bodies.items())
     run = beside(ct.Topology((frame,), added, (*links, joint)), SPEED)
-    first = 10.0
-    state, turn = run.state, bodies[1].shapes[0, 5]
-    part(run, state, "ring")[1] += first * turn / (turn @ turn)
+    state, turn = run.state, bodies["ring"].shapes[0, 5]
+    part(run, state, "ring")[1] += 10.0 * turn / (turn @ turn)
     run.state = state
-    found = advance(run, 0.5)
+    found = series(run, 144, 288)
     parameters = damper_parameters(damper, damper_temperature(damper, SPEED))
-    together = sum(1.0 / own for own in inertias)
+    together = sum(1.0 / own for own in inertias.values())
     c, k = damping_coefficient(parameters) * together, parameters[0] * together
     # From a step on after which accelerations fit the velocity that was given to the ring.
     twist, rate = (found[f"connection[d].{name}"][4:] for name in ("twist", "twist_rate"))
@@ -225,45 +149,12 @@ def test_a_ring_against_its_housing_swings_out_as_a_spring_and_damper(ratio, kin
     np.testing.assert_allclose(power, -torque * rate, atol=1e-9 * power.max())
 
 
-def test_a_ring_as_an_added_body_damps_as_the_engines_own_damper():
-    """The six's damper as a law between crank and ring: the same settled cycle.
-
-    Both start a little apart: the start of a run counts added bodies to the crank's inertia, its own ring not.
-    """
-    engine = load_engine("diesel_i6")
-    chosen = {"crank": "beam", "block": "ground", "newton_tolerance": 1e-11, "dense_output": "off"}
-    damper = engine.damper
-    own = ct.assemble(engine, ct.Settings(damper="fitted", **chosen), inherit=False)
-    bare = ct.assemble(with_damper_housing(engine), ct.Settings(**chosen), inherit=False)
-    z, inertia = float(bare.body.positions[bare.body.index("pulley"), 2]), damper.ring_inertia
-    # Across and in tilt the engine's ring moves with the housing; the added one is held at rest.
-    ring = rigid_body("ring", 1.0, np.diag([0.5, 0.5, 1.0]) * inertia, (0, 0, z), {"hub": (0, 0, z)})
-    held = {"stiffness": (1e8, 1e8, 1e8), "damping": (1e4, 1e4, 1e4)} | LEVEL
-    links = (
-        ct.Connection("d", "damper", (ct.End("crank", "pulley"), ct.End("ring", "hub")), ring_data(damper)),
-        ct.Connection("h", "spring", (ct.End("ring", "hub"), ct.End("ground")), held),
-    )
-    added = ct.Topology((), (ct.Body("ring", ring, "crank"),), links)
-    first, second = (
-        simulate(made.engine, made.body, made.settings, SPEED, parts=made.parts._replace(topology=more), settle=1e-9)
-        for made, more in ((own, None), (bare, added))
-    )
-    pairs = {name: name for name in ("pulley.torsion", "pulley.axial", "bearing[3].force.y", "crank.speed")}
-    pairs |= {"damper.torque": "connection[d].torque", "damper.heat": "connection[d].heat"}
-    for name, other in some(pairs.items()):
-        one, two = (run.outputs[key][-run.per_cycle :] for run, key in ((first, name), (second, other)))
-        assert np.abs(one - two).max() < 1e-8 * np.ptp(one), name
-
-
-# The engine's own laws, beside themselves -----------------------------------------------------------------------------
-
-
 def doubled(engine, links, steps, **settings):
     """Outputs over the first steps of a run whose added connections hold the crank beside its own bearings."""
     made = ct.assemble(engine, ct.Settings(crank="beam", block="ground", **settings), inherit=False)
     topology = ct.Topology((), (), links)
     run = at_speed(SPEED, made.engine, made.body, made.settings, None, made.parts._replace(topology=topology))
-    found = advance(run, steps / 288)
+    found = series(run, steps, 288)
     return found, run
 
 
@@ -314,19 +205,6 @@ def test_a_film_beside_a_main_bearings_carries_what_it_carries(level, steps):
     alike(found, "bearing[3]", "connection[c]", 1e-9, *(FILM if level != "linear" else ()))
 
 
-@pytest.mark.parametrize(("level", "collar"), [("impedance", "square"), ("reynolds", "tilting")])
-def test_an_axial_bearing_beside_the_engines_carries_what_it_carries(level, collar):
-    engine = replace(load_engine("diesel_i6"), axial_path=None)
-    data = values_of(engine.thrust, Thrust) | {"collar": collar}
-    found, _ = doubled(engine, (on_crank("c", "thrust", "thrust", data),), 40, bearings=level)
-    one, two = found["thrust.force"], found["connection[c].force.z"]
-    assert np.abs(one).max() > 100.0
-    # The engine's pads know the frame's speed, those of an added collar its own.
-    assert np.abs(one - two).max() < 2e-3 * np.abs(one).max()
-
-
-# Films from a table ---------------------------------------------------------------------------------------------------
-
 TABLED = {
     "diameter": 0.04, "width": 0.04 * RATIO, "clearance": 4e-5, "contact_height": 1e-6, "contact_pressure": 3e8,
     "relief_depth": 6e-6, "roughness": 4e-7, "level": "table", "viscosity": 0.01,
@@ -347,7 +225,7 @@ def test_added_films_read_the_table_of_their_proportions():
     """As the law of the mains does at the same place, tilt and velocities; near to the film that is solved."""
     tables = (coarse_table(),)
     run = beside(rotor_on(TABLED), SPEED, tables)
-    found = advance(run, 0.5)
+    found = series(run, 144, 288)
     rear, film = entry.law(run, "rear"), Film(**TABLED)
     rows = bearing_parameters(film, film.viscosity)[None]
     films = law_films(bearing_law("table"), PLAIN, Bearings(rows, film, parts={"table": tables[0]}))
@@ -356,7 +234,7 @@ def test_added_films_read_the_table_of_their_proportions():
     for k, way in enumerate("xy"):
         assert found[f"connection[rear].force.{way}"][-1] == pytest.approx(answer.force[k], rel=1e-6)
     assert found["connection[rear].pressure_max"][-1] == pytest.approx(answer.pressure, rel=1e-6)
-    solved = advance(beside(rotor_on(TABLED | {"level": "reynolds"}), SPEED), 0.5)
+    solved = series(beside(rotor_on(TABLED | {"level": "reynolds"}), SPEED), 144, 288)
     for way in "xy":
         one, two = found[f"r.position.{way}"], solved[f"r.position.{way}"]
         assert np.abs(one - two).max() < 0.02 * np.ptp(two)
@@ -387,9 +265,6 @@ def test_films_that_lack_a_table_or_a_bore_are_told():
             call()
 
 
-# Laws with a memory ---------------------------------------------------------------------------------------------------
-
-
 def soft_bore():
     """A bore with three made-up shapes: it widens, and becomes oval both ways."""
     forms = np.zeros((3, 5, 2))
@@ -407,7 +282,7 @@ def test_a_film_with_a_memory_beside_a_mains_carries_what_it_carries(bore, toler
     parts = Parts(bore=compliance, topology=ct.Topology((), (), links))
     settings = ct.Settings(crank="beam", block="ground", bearings="ehd", newton_tolerance=tolerance)
     run = at_speed(SPEED, engine, made.body, settings, None, parts)
-    found = advance(run, 24 / 288)
+    found = series(run, 24, 288)
     alike(found, "bearing[3]", "connection[c]", close, *FILM)
     in_lanes = entry.film_record(run).memory.calls[:, GROUPS].sum()
     assert (in_lanes > 0.0) == (tolerance is None)
@@ -445,7 +320,7 @@ def test_a_film_with_a_memory_converges_with_the_step():
     """Its voids follow the stages: the error falls faster than by a method of first order, whose slope would be 1.2."""
     start = after_half_a_cycle(576).state.copy()
     runs = [after_half_a_cycle(steps, start) for steps in (144, 288, 576, 2304)]
-    places = [np.array([shown(run, f"r.position.{way}") for way in "xy"]) for run in runs]
+    places = [np.array([shown(run)[f"r.position.{way}"] for way in "xy"]) for run in runs]
     errors = [float(np.hypot(*(place - places[-1]))) for place in places[:-1]]
     assert errors[0] < 0.05 * float(np.hypot(*places[-1]))
     assert errors[0] > errors[1] > errors[2]
@@ -457,7 +332,7 @@ def test_a_state_holds_what_connections_remember(law):
     """Going on from a copy of the state gives the same outputs to the bit."""
     topology = rotor_on_oil() if law == "film" else sliding(SPLINE, 4.0)
     run = beside(topology, SPEED)
-    advance(run, 0.1)
+    series(run, 29, 288)
     state = run.state
     h = 4.0 * math.pi / SPEED / 288
     begin, rows = round(run.time / h), np.zeros((2, 40, run.outputs.size))
@@ -472,8 +347,6 @@ def test_a_state_holds_what_connections_remember(law):
     else:
         assert kept.pop("front") == kept.pop("rear") > 2 and not any(kept.values())
 
-
-# The joint ------------------------------------------------------------------------------------------------------------
 
 SPLINE = {
     "joint": "spline", "joint_stiffness": 1e7, "joint_damping": 2e3, "turning_stiffness": 4e4, "turning_damping": 60.0,
@@ -502,18 +375,18 @@ def sliding(joint, share):
 
 def test_a_joint_that_holds_is_a_spring_along_the_axis():
     run = beside(sliding(SPLINE, 0.02), SPEED)
-    found = advance(run, 4)
+    found = series(run, 4 * 288, 288)
     assert found["connection[j].torque"][-1] == pytest.approx(-CARRIED, rel=1e-6)
     assert found["connection[j].force.z"][-1] == pytest.approx(-0.02 * HOLDS, rel=1e-4)
     bolted = beside(sliding(SPLINE | {"joint": "bolted"}, 5.0), SPEED)
-    found = advance(bolted, 4)
+    found = series(bolted, 4 * 288, 288)
     assert found["connection[j].slip"][-1] == pytest.approx(5.0 * HOLDS / SPLINE["joint_stiffness"], rel=1e-3)
 
 
 def test_a_joint_that_slides_leaves_the_force_beyond_friction():
     """m v̇ = F − μ |T|/r from when it slides; the friction follows the torque that it carries."""
     run = beside(sliding(SPLINE, 3.0), SPEED)
-    found = advance(run, 0.5)
+    found = series(run, 144, 288)
     friction = -found["connection[j].force.z"][36:]
     torque = found["connection[j].torque"][36:]
     np.testing.assert_allclose(friction, np.abs(torque) * SPLINE["friction"] / SPLINE["spline_radius"], rtol=2e-2)
@@ -522,8 +395,6 @@ def test_a_joint_that_slides_leaves_the_force_beyond_friction():
     assert gained == pytest.approx(2.0 * HOLDS / 4.0, rel=1e-2)
     assert speed[-1] > 1.0
 
-
-# In an engine ---------------------------------------------------------------------------------------------------------
 
 FAST = 4000.0 * math.pi / 30.0
 
@@ -563,10 +434,7 @@ def test_energy_of_balancers_on_the_engines_laws_closes(tables, block, left):
 
 @pytest.mark.slow
 def test_energy_of_balancers_on_oil_that_is_remembered_closes():
-    """Level ehd in a rigid bore, whose voids follow the stages, in doubles.
-
-    Rounding in lanes of singles changes the flow of oil from cycle to cycle by 5e-6 of its alternating part.
-    """
+    """Level ehd in a rigid bore, in doubles: rounding of singles changes the oil's flow from cycle to cycle by 5e-6."""
     tables = {"film": ("film", Film(**OF_BALANCERS | {"level": "ehd", "bore": "rigid"}))}
     engine = on_other_bearings(load_engine(FOUR), tables)
     chosen = {"block": "flexible", "step": math.radians(1.25), "newton_tolerance": IN_DOUBLES}
@@ -581,8 +449,6 @@ def closed(engine, settings, left):
     assert run.settling.repeats == 1  # whatever carries rounding alone, as a collar that nothing tilts
     assert abs(run_summary(run, "")["energy"]["residual_of_gas_work"]) < left
 
-
-# What is refused ------------------------------------------------------------------------------------------------------
 
 RING = {
     "kind": "rubber", "stiffness": 9e4, "loss_factor": 0.25, "frequency": 200.0, "temperature_speeds": (100.0,),

@@ -95,13 +95,6 @@ def test_grids_converge():
     assert abs(tops[1] - tops[2]) < 0.7 * abs(tops[0] - tops[2])
 
 
-def test_hot_oil_carries_less_and_a_hotter_supply_too():
-    cold = adiabatic_bearing(OIL, COLD, bearing((80, 8)), JOURNAL, 6000.0)
-    plain = bearing((80, 8)).state(replace(JOURNAL, viscosity=viscosity(OIL, COLD)), 6000.0)
-    fresh = adiabatic_bearing(OIL, COLD, bearing((80, 8)), JOURNAL, 6000.0, carried=0.0)
-    assert cold.state.least_film < fresh.state.least_film < plain.least_film
-
-
 @pytest.mark.parametrize(("sommerfeld", "variable"), [(1.33, 106.0), (0.631, 52.1)])
 def test_the_rise_is_raimondi_and_boyds_at_light_loads(sommerfeld, variable):
     """ρ c ΔT/P of a bearing of L/D = 1 with constant viscosity, at eccentricities 0.1 and 0.2.
@@ -126,6 +119,8 @@ def test_what_cannot_be_is_refused():
         (lambda: temperatures(Row(np.linspace(-1.0, 1.0, n), np.ones(n)), fed, COLD, PER_VOLUME), SolverError,
          "against the rotation"),
         (lambda: adiabatic_bearing(OIL, COLD, other, JOURNAL, 6000.0), InputError, "take mass-conserving"),
+        (lambda: user(inlet_temperature_c=None, viscosity_pas=0.02).equilibrium(6000.0), InputError,
+         "adiabatic needs inlet_temperature_c"),
     ):  # fmt: skip
         with one_line(said, kind=kind):
             call()
@@ -148,21 +143,6 @@ def test_a_bearing_in_units_takes_either_way():
     # One temperature for the whole film lies between the supply and the hottest place, and carries about as much.
     assert 40.0 < one["effective_temperature_c"] < warm["largest_temperature_c"]
     assert warm["eccentricity"] == pytest.approx(one["eccentricity"], rel=0.1)
-
-
-@pytest.mark.parametrize(
-    ("values", "message"),
-    [
-        ({"film_temperature": "adiabatc"}, "did you mean 'adiabatic'"),
-        ({"cavitation": "reynolds"}, "give cavitation mass-conserving"),
-        ({"film_temperature": "heat-balance", "carry_over": 0.5}, "carry_over needs film_temperature adiabatic"),
-        ({"inlet_temperature_c": None, "viscosity_pas": 0.02}, "adiabatic needs inlet_temperature_c"),
-        ({"carry_over": 1.5}, "carry_over 1.5 is not within 0 to 1"),
-    ],
-)
-def test_what_a_user_cannot_combine_is_refused(values, message):
-    with one_line(message):
-        user(**values).equilibrium(6000.0)
 
 
 def test_a_runs_film_that_keeps_its_heat_closes_its_balance():

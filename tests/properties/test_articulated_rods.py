@@ -1,7 +1,5 @@
 """Rods that hang on a master rod: limits, tangents, balance of momentum and energy, torsion, strokes, messages."""
 
-from __future__ import annotations
-
 import math
 from dataclasses import replace
 
@@ -69,72 +67,23 @@ class Geometry:
         master = engine.cylinders.pins.index(k + 1)
         crank = engine.crankshaft
         end = 1j * crank.throws[k] * np.exp(1j * (theta + crank.throw_angles[k]))
-        if master != c:
+        if engine.articulations[c] is not None:
             _, _, along = self.bodies(master, theta)
             joint = engine.articulated_rod
             turn = engine.cylinders.bank_angles[c] - engine.cylinders.bank_angles[master]
             knuckle = joint.knuckle_angles[c] if joint.knuckle_angles else turn
             end = end + joint.knuckle_radius * along * np.exp(1j * knuckle)
         bank = np.exp(1j * engine.cylinders.bank_angles[c])
-        length = (engine.rod if master == c else engine.articulated_rod).length
+        length = (engine.articulated_rod if engine.articulations[c] else engine.rod).length
         own = end / bank
         across = own.real - engine.offsets[c]
         small = engine.offsets[c] + 1j * (own.imag + np.sqrt(length**2 - across**2))
         return end, small * bank, (small - own) * bank / length
 
-    def momentum(self, theta, omega):
-        """Momentum (complex) of all rods and pistons and its moment about the crank's axis, at constant speed."""
-        total, about, step = 0.0, 0.0, 1e-5
-        for c in range(self.engine.n_cylinders):
-            rod = self.engine.rods[c]
-            now = self.bodies(c, theta)
-            rates = [
-                sum(w * self.bodies(c, theta + k * step)[i] for k, w in WEIGHTS.items()) / step * omega
-                for i in range(3)
-            ]
-            piston = self.engine.cylinders.piston_mass
-            for mass, i in ((rod.big_end_mass, 0), (rod.small_end_mass + piston, 1)):
-                total += mass * rates[i]
-                about += mass * (now[i].conjugate() * rates[i]).imag
-            about += remainder_inertia(rod) * (now[2].conjugate() * rates[2]).imag
-        return total, about
-
-
-WEIGHTS = {-2: 1.0 / 12.0, -1: -8.0 / 12.0, 1: 8.0 / 12.0, 2: -1.0 / 12.0}
-
-
-def side_by_side(engine):
-    """The engine with plain rods in one plane; not checked, for their big ends overlap."""
-    return replace(
-        engine, articulated_rod=None, cylinders=replace(engine.cylinders, rods_on_pin="side-by-side", rod_offsets=())
-    )
-
-
-def on_the_pin(engine):
-    """The engine with articulated rods of the master's size, whose knuckle pins lie in the middle of the crank pin."""
-    rod = engine.rod
-    return replace(
-        engine, articulated_rod=ArticulatedRod(rod.length, rod.big_end_mass, rod.small_end_mass, rod.inertia, 0.0)
-    )
-
-
-@pytest.mark.parametrize("name", ENGINES)
-@pytest.mark.parametrize(("crank", "bearings"), [("rigid", "linear"), ("torsional", "held")])
-def test_with_knuckles_in_the_middle_all_rods_run_on_the_pin(name, crank, bearings):
-    engine = ENGINES[name]
-    settings = Settings(crank=crank, block="ground", bearings=bearings, pistons="rigid")
-    # One body for both: the damping that a crank which only twists takes over is measured.
-    made, plain = on_the_pin(engine), side_by_side(engine)
-    body = running_crank(plain, crank)
-    found = [simulate(one, body, settings, 150.0, cycles=1) for one in (made, plain)]
-    masters = {str(engine.cylinders.pins.index(pin) + 1) for pin in engine.cylinders.pins}
-    for key, wanted in some(found[1].outputs.items()):
-        if key.startswith("big_end[") and key[8 : key.index("]")] in masters:
-            pin = engine.cylinders.pins[int(key[8 : key.index("]")]) - 1]
-            shared = [c + 1 for c, own in enumerate(engine.cylinders.pins) if own == pin]
-            wanted = sum(found[1].outputs[f"big_end[{c}]{key[key.index(']') + 1 :]}"] for c in shared)
-        scale = np.abs(wanted).max() + 1e-12
-        np.testing.assert_allclose(found[0].outputs[key], wanted, atol=1e-8 * scale, err_msg=key)
+    def accelerations(self, c, theta, omega, step=1e-4):
+        """Second derivatives of :meth:`bodies` by time at constant speed."""
+        before, now, after = (self.bodies(c, theta + k * step) for k in (-1.0, 0.0, 1.0))
+        return [(a - 2.0 * b + d) * (omega / step) ** 2 for a, b, d in zip(before, now, after, strict=True)]
 
 
 def pin_force(joint, motion, rod, gas):
@@ -162,61 +111,36 @@ def test_tangents_are_those_of_differences(cylinder, angle):
         np.testing.assert_allclose(found, wanted, rtol=1e-6, atol=1e-7 * np.abs(wanted).max())
 
 
-@SHAPES
-def test_force_and_side_force_are_those_of_momentum(engine):
-    """Rates of momentum and of its moment, of all rods and pistons, are those of gas, liners, weight and crank pins."""
-    omega, geometry = 190.0, Geometry(engine)
+@pytest.mark.parametrize("name", ["radial5", "v12", "skew", "v_twin", "v6_split", "two_stroke_six"])
+def test_forces_of_rods_are_those_of_their_momentum(name):
+    """Newton's and Euler's equations of rods and pistons: gas, liners, weight, knuckle pins and crank pins."""
+    engine = (ENGINES | {"skew": SKEW}).get(name) or load_engine(name).without_additions
+    omega, geometry, n = 190.0, Geometry(engine), engine.n_cylinders
     simulation = started(engine, omega, steady=True, bearings="held", pistons="rigid")
     for k in range(1, 8):
         simulation.step(2.3e-3 * k)
-        out = shown(simulation)
-        theta, step = out["crank.angle"], 1e-4
-        (p0, h0), (p1, h1) = (geometry.momentum(theta + s * step, omega) for s in (-1.0, 1.0))
-        rate, turned = (p1 - p0) * omega / (2.0 * step), (h1 - h0) * omega / (2.0 * step)
-        force, moment = 0.0, 0.0
-        for c in range(engine.n_cylinders):
-            bank = np.exp(1j * engine.cylinders.bank_angles[c])
-            end, small, _ = geometry.bodies(c, theta)
-            rod = engine.rods[c]
-            mass = rod.small_end_mass + engine.cylinders.piston_mass
+        out, force, moment = shown(simulation), 0.0, 0.0
+        theta = out["crank.angle"]
+        loads = [complex(out[f"big_end[{c}].force.x"], out[f"big_end[{c}].force.y"]) for c in range(1, n + 1)]
+        scale = max(map(abs, loads))
+        for c, joint in enumerate(engine.articulations):
+            rod, bank = engine.rods[c], np.exp(1j * engine.cylinders.bank_angles[c])
+            end, small, along = geometry.bodies(c, theta)
+            end2, small2, along2 = geometry.accelerations(c, theta, omega)
             gas = (entry.pressures(simulation)[c] - entry.AMBIENT) * geometry.area
+            mass = rod.small_end_mass + engine.cylinders.piston_mass
             # The output is the piston's force on the liner.
-            for f, where in (
-                ((-out[f"piston[{c + 1}].side_force"] - 1j * gas) * bank, small),
-                (-1j * mass * GRAVITY, small), (-1j * rod.big_end_mass * GRAVITY, end),
-            ):  # fmt: skip
-                force += f
-                moment += (where.conjugate() * f).imag
-            if engine.articulations[c] is None:
-                k = engine.cylinders.pins[c] - 1
-                pin = 1j * engine.crankshaft.throws[k] * np.exp(1j * (theta + engine.crankshaft.throw_angles[k]))
-                f = -complex(out[f"big_end[{c + 1}].force.x"], out[f"big_end[{c + 1}].force.y"])
-                force += f
-                moment += (pin.conjugate() * f).imag
-        scale = abs(rate) + max(abs(out[f"big_end[{c + 1}].force.y"]) for c in range(engine.n_cylinders))
-        assert abs(rate - force) < 2e-5 * scale
-        assert abs(turned - moment) < 2e-5 * scale * engine.rod.length
-
-
-@SHAPES
-def test_the_load_of_a_knuckle_pin_is_that_of_its_rod_and_piston(engine):
-    """Along the articulated rod's own momentum: force on its knuckle pin at constant speed."""
-    omega, geometry, step = 190.0, Geometry(engine), 1e-4
-    simulation = started(engine, omega, steady=True, bearings="held", pistons="rigid", gravity=0.0)
-    simulation.step(4.1e-3)
-    out = shown(simulation)
-    for c, joint in some(enumerate(engine.articulations)):
-        if joint is None:
-            continue
-        bank, rod = np.exp(1j * engine.cylinders.bank_angles[c]), engine.rods[c]
-        before, now, after = (geometry.bodies(c, out["crank.angle"] + k * step) for k in (-1.0, 0.0, 1.0))
-        end, small = ((before[i] - 2.0 * now[i] + after[i]) * (omega / step) ** 2 for i in range(2))
-        mass = rod.small_end_mass + engine.cylinders.piston_mass
-        gas = (entry.pressures(simulation)[c] - entry.AMBIENT) * geometry.area
-        f = -(rod.big_end_mass * end + mass * small) - 1j * gas * bank
-        f += -out[f"piston[{c + 1}].side_force"] * bank
-        found = complex(out[f"big_end[{c + 1}].force.x"], out[f"big_end[{c + 1}].force.y"])
-        assert abs(found - f) < 1e-4 * (abs(f) + gas)
+            pressed = -(out[f"piston[{c + 1}].side_force"] + 1j * gas) * bank - mass * (small2 + 1j * GRAVITY)
+            carried = -rod.big_end_mass * (end2 + 1j * GRAVITY)
+            if joint is not None:
+                assert abs(loads[c] - pressed - carried) < 1e-4 * scale
+            else:
+                carried -= loads[c]
+            force += pressed + carried
+            moment += (small.conjugate() * pressed + end.conjugate() * carried).imag
+            moment -= remainder_inertia(rod) * (along.conjugate() * along2).imag
+        assert abs(force) < 2e-5 * scale
+        assert abs(moment) < 2e-5 * scale * engine.rod.length
 
 
 @SHAPES
@@ -305,11 +229,11 @@ def test_the_gas_work_of_a_cycle_is_accounted_for(name):
     assert torque == pytest.approx(mean_torque(engine, GasTrace.from_engine(engine), 200.0), rel=0.02)
 
 
-@pytest.mark.parametrize("name", ENGINES)
+@pytest.mark.parametrize("name", [*ENGINES, "single_petrol", "v_twin", "v6_split", "two_stroke_six"])
 def test_forced_torsion_in_time_is_that_of_the_frequency_domain(name):
     """Orders of the pulley by harmonic balance against a run in time of the same crank, within 1e-4 of the largest."""
-    engine, speed = ENGINES[name], 180.0
-    body = running_crank(engine, "torsional")
+    engine = ENGINES.get(name) or replace(load_engine(name).without_additions, drive_line_chain=None, load=None)
+    body, speed = running_crank(engine, "torsional"), 0.6 * engine.best_speed
     # Without weight: the frequency domain leaves out that of an unbalanced crank.
     settings = Settings(crank="torsional", block="ground", bearings="held", step=math.radians(1.25), gravity=0.0)
     run = simulate(engine, body, settings, speed, settle=1e-5)
@@ -358,14 +282,14 @@ def test_piston_outputs_follow_the_path():
         np.testing.assert_allclose(volume, cylinder_volume(V12, angle - V12.firing_angles[c], c)[0], rtol=1e-6)
 
 
-@pytest.mark.parametrize("engine", [V12, SKEW], ids=["v12", "skew"])
+@pytest.mark.parametrize("engine", [V12, SKEW, load_engine("diesel_v8")], ids=["v12", "skew", "v8"])
 def test_lean_of_a_rod_is_that_of_its_ends(engine):
-    angle = np.linspace(0.0, 2.0 * math.pi, 50)
+    angle = np.linspace(0.0, 2.0 * math.pi, 200)
     for c in some(range(engine.n_cylinders)):
         along = Geometry(engine).bodies(c, angle)[2]
         lean, slope = rod_lean(engine, c, angle)
         np.testing.assert_allclose(np.exp(1j * lean), along / 1j, atol=1e-12)
-        np.testing.assert_allclose(slope, np.gradient(np.unwrap(lean), angle, edge_order=2), atol=2e-2)
+        np.testing.assert_allclose(slope, np.gradient(np.unwrap(lean), angle, edge_order=2), atol=2e-3)
 
 
 def test_knuckle_pins_have_loads_and_no_specific_load():
@@ -386,19 +310,16 @@ def test_radial_engines_fire_every_second_cylinder_evenly(count):
     assert firing_summary(made) == {"order": list(order), "intervals_deg": pytest.approx(count * [720.0 / count])}
 
 
-@pytest.mark.parametrize(
-    ("engine", "of", "changes", "place"),
-    [
-        (RADIAL, "cylinders", {"rods_on_pin": "side-by-side"}, "articulated_rod.length: is there, but no rod hangs"),
-        (RADIAL, "cylinders", {"rod_offsets": (-0.01, -0.01, 0.01, 0.01, 0.0)}, "cylinders.rod_offsets: "),
-        (RADIAL, "articulated_rod", {"length": 0.03}, "articulated_rod.length: 30 mm is too short for cylinder 2"),
-        (RADIAL, "articulated_rod", {"knuckle_angles": (0.0, 1.0)}, "knuckle_angles: 2 angles for 5 cylinders"),
-        (RADIAL, "articulated_rod", {"knuckle_angles": (1.0,) * 5}, "knuckle_angles: is 57.3 deg for cylinder 1"),
-        (RADIAL, "articulated_rod", {"knuckle_radius": 0.3}, "knuckle_radius: 300 mm is no less than"),
-        (RADIAL, "articulated_rod", None, "rods_on_pin: is articulated; add the table [articulated_rod]"),
-        (load_engine("four_petrol"), "cylinders", {"rods_on_pin": "articulated"}, "no pin of cylinders.pins has two"),
-    ],
-)
+@pytest.mark.parametrize(("engine", "of", "changes", "place"), [
+    (RADIAL, "cylinders", {"rods_on_pin": "side-by-side"}, "articulated_rod.length: is there, but no rod hangs"),
+    (RADIAL, "cylinders", {"rod_offsets": (-0.01, -0.01, 0.01, 0.01, 0.0)}, "cylinders.rod_offsets: "),
+    (RADIAL, "articulated_rod", {"length": 0.03}, "articulated_rod.length: 30 mm is too short for cylinder 2"),
+    (RADIAL, "articulated_rod", {"knuckle_angles": (0.0, 1.0)}, "knuckle_angles: 2 angles for 5 cylinders"),
+    (RADIAL, "articulated_rod", {"knuckle_angles": (1.0,) * 5}, "knuckle_angles: is 57.3 deg for cylinder 1"),
+    (RADIAL, "articulated_rod", {"knuckle_radius": 0.3}, "knuckle_radius: 300 mm is no less than"),
+    (RADIAL, "articulated_rod", None, "rods_on_pin: is articulated; add the table [articulated_rod]"),
+    (load_engine("four_petrol"), "cylinders", {"rods_on_pin": "articulated"}, "no pin of cylinders.pins has two"),
+])  # fmt: skip
 def test_what_cannot_be_is_told_in_one_line(engine, of, changes, place):
     with one_line(place):
         check_engine(replace(engine, **{of: changes and replace(getattr(engine, of), **changes)}))
@@ -417,14 +338,11 @@ def test_usual_rods_raise_no_doubts_and_strange_ones_do():
             check_engine(replace(RADIAL, articulated_rod=replace(RADIAL.articulated_rod, **changes)))
 
 
-@pytest.mark.parametrize(
-    ("choices", "says"),
-    [
-        ({"big_ends": "impedance"}, "an articulated rod hangs on its master; leave big ends rigid"),
-        ({"pistons": "guided"}, "guided pistons and block 'ground' do not take the side force"),
-        ({"block": "flexible"}, "guided pistons and block 'flexible' do not take the side force"),
-    ],
-)
+@pytest.mark.parametrize(("choices", "says"), [
+    ({"big_ends": "impedance"}, "an articulated rod hangs on its master; leave big ends rigid"),
+    ({"pistons": "guided"}, "guided pistons and block 'ground' do not take the side force"),
+    ({"block": "flexible"}, "guided pistons and block 'flexible' do not take the side force"),
+])  # fmt: skip
 def test_levels_that_do_not_go_with_it_are_refused_in_one_line(choices, says):
     with one_line(says):
         Simulation(V12, running_crank(V12, "rigid"), Settings(**RIGID | {"bearings": "linear"} | choices)).initialize()

@@ -55,11 +55,7 @@ def test_films_of_the_loop_are_converged_where_edges_touch():
 @pytest.mark.parametrize("crank", ["beam", "solid"])
 @pytest.mark.parametrize("steps", [{"integrator": "esdirk4", "step": math.radians(2.5)}, {}], ids=["2.5 deg", "usual"])
 def test_a_settled_cycle_reads_its_films_from_the_table_and_a_start_most(crank, steps):
-    """A start throws journals further than they ever go again: beyond the table in 2.2 % of the films of two cycles.
-
-    At the usual step a settled cycle reads all its films. Cycles of 2.5 degrees do not repeat where edges touch; of the
-    solid crank 0.5 % of their films lie beyond the table.
-    """
+    """A start leaves the table in 2.2 % of its films, cycles of 2.5 degrees, which do not repeat, in 0.5 %."""
     simulation = started(assembly.running_crank(ENGINE, crank), bearings="table", crank=crank, **steps)
     cycle(simulation, 2)
     assert not steps or entry.films_solved(simulation) < 0.03 * 7.0 * entry.count(simulation, "iterations")

@@ -1,7 +1,6 @@
 """The thrust collar in a running crank: what is shown is what acts, and tilt is felt alike wherever it is felt."""
 
 import math
-from dataclasses import replace
 
 import entry
 import numpy as np
@@ -10,35 +9,24 @@ from bodies import free_six, rigid_crank
 from started import at_speed
 
 from cranktrain.dynamics.model.settings import Settings
-from cranktrain.film.laws.register import LAWS
 from cranktrain.film.laws.thrust import thrust_force_tilted, thrust_parameters
 
 SPEED = 2000 * math.pi / 30
 SIX = free_six()
 
 
-@pytest.fixture(scope="module")
-def tilting():
-    """A rigid crank that is thrown along its axis, so that its collar is off the middle and tilted; by level."""
-    body = rigid_crank(SIX)
-
-    def made(bearings, state=None):
-        # Outputs of states that steps end at: between these, motion is interpolated and forces follow from it.
-        settings = Settings(crank="rigid", bearings=bearings, dense_output="off")
-        simulation = at_speed(SPEED, SIX, body, settings)
-        thrown = simulation.state
-        motion = entry.motion(simulation, thrown)
-        motion[1, 2] += 0.01 * math.sqrt(body.mass)
-        if state is not None:
-            motion[:] = entry.motion(simulation, state)
-        simulation.state = thrown
-        return simulation
-
-    return made
+def tilting(bearings):
+    """A rigid crank that is thrown along its axis, so that its collar is off the middle and tilted."""
+    # Outputs of states that steps end at: between these, motion is interpolated and forces follow from it.
+    simulation = at_speed(SPEED, SIX, rigid_crank(SIX), Settings(crank="rigid", bearings=bearings, dense_output="off"))
+    thrown = simulation.state
+    entry.motion(simulation, thrown)[1, 2] += 0.01 * math.sqrt(simulation.body.mass)
+    simulation.state = thrown
+    return simulation
 
 
 @pytest.mark.parametrize("bearings", ["linear", "impedance", "reynolds"])
-def test_force_shown_is_the_rate_of_axial_momentum(tilting, bearings):
+def test_force_shown_is_the_rate_of_axial_momentum(bearings):
     """Nothing else acts along the axis: rods and bearings act across it, and gravity does."""
     simulation = tilting(bearings)
     force, momentum = [], []
@@ -51,7 +39,7 @@ def test_force_shown_is_the_rate_of_axial_momentum(tilting, bearings):
     assert np.abs(force).max() > 100.0
 
 
-def test_tilt_is_part_of_the_force_that_is_shown(tilting):
+def test_tilt_is_part_of_the_force_that_is_shown():
     simulation = tilting("reynolds")
     simulation.step(math.radians(20.0) / SPEED)
     collar = entry.law(simulation, "thrust")
@@ -63,17 +51,3 @@ def test_tilt_is_part_of_the_force_that_is_shown(tilting):
     thrust_force_tilted(place[0], 0.0, 0.0, velocity[0], 0.0, 0.0, SPEED, parameters, out)
     shown = simulation.outputs[simulation.output_names.index("thrust.force")]
     assert abs(shown / out[0] - 1.0) > 1e-4
-
-
-def test_collar_is_as_stiff_in_tilt_on_films_without_tilt(tilting, monkeypatch):
-    """Force, moments and tangents of the collar at one state, by the level of the journals' films."""
-    monkeypatch.setitem(LAWS, "impedance", replace(LAWS["impedance"], square_collar=False))
-    blocks = []
-    state = None
-    for level in ("impedance", "reynolds"):
-        simulation = tilting(level, state)
-        state = simulation.state
-        answer = entry.law(simulation, "thrust")(speed=entry.frame(simulation)[1])
-        blocks.append(np.vstack((answer.force[:3], answer.by_place[:3, :3])))
-    assert blocks[0] == pytest.approx(blocks[1], rel=1e-12)
-    assert max(answer.by_place[1, 1], answer.by_place[2, 2]) < 0.0

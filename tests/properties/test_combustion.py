@@ -9,31 +9,15 @@ from one_line import one_line
 from scipy.integrate import quad
 from scipy.optimize import brentq
 
+from cranktrain.modules.combustion import gas as of_gas
 from cranktrain.modules.combustion import slots as at
 from cranktrain.modules.combustion.burn import WIEBE, wiebe_rate
 from cranktrain.modules.combustion.cycle_events import normal
 from cranktrain.modules.combustion.cylinder import volume, volume_rate
-from cranktrain.modules.combustion.file import load
-from cranktrain.modules.combustion.gas import (
-    COLUMNS,
-    H_0,
-    MIDDLE,
-    R_GAS,
-    REFERENCE,
-    RISE,
-    enthalpy,
-    gas_constant,
-    gas_table,
-    heat_capacity,
-    internal_energy,
-    stoichiometric_air,
-    temperature_of,
-)
 from cranktrain.modules.combustion.settings import build_model
 from cranktrain.modules.combustion.simulation import CombustionSimulation
 from cranktrain.modules.combustion.stepping import accept, attempt, first_rates
 from cranktrain.modules.combustion.valve_flow import EVEN, built_in_lift, nozzle_flow, valve_area
-from cranktrain.modules.register import module_files
 
 CLOSED = {"intake_lift": 0.0, "exhaust_lift": 0.0, "start_cycles": 0.0, "angle_source": "speed"}
 """Valves that never open."""
@@ -41,8 +25,8 @@ CLOSED = {"intake_lift": 0.0, "exhaust_lift": 0.0, "start_cycles": 0.0, "angle_s
 
 def constant_gas(c_p, r):
     """Table of a gas of constant heat capacity in place of air and products, J/(kg K)."""
-    row = np.zeros(COLUMNS)
-    row[[0, RISE]], row[H_0], row[R_GAS] = c_p, -c_p * REFERENCE, r
+    row = np.zeros(of_gas.COLUMNS)
+    row[[0, of_gas.RISE]], row[of_gas.H_0], row[of_gas.R_GAS] = c_p, -c_p * of_gas.REFERENCE, r
     return np.tile(row, (4, 1))
 
 
@@ -70,10 +54,10 @@ def test_energies_of_the_balance_are_those_of_pressures_and_temperatures():
     temperature, pressure = (output(simulation, rows, f"cylinder[1].{name}") for name in ("temperature", "pressure"))
     angles = np.radians(0.25 * np.arange(1, rows.shape[0] + 1))
     volumes = np.array([volume(model.numbers, a) for a in angles])
-    r = np.array([gas_constant(model.gas, y) for y in share])
+    r = np.array([of_gas.gas_constant(model.gas, y) for y in share])
     assert np.allclose(pressure * volumes, mass * r * temperature, rtol=1e-10)
     assert simulation.of_cylinder(at.ENERGY)[0] == pytest.approx(
-        mass[-1] * internal_energy(model.gas, share[-1], temperature[-1]), rel=1e-10
+        mass[-1] * of_gas.internal_energy(model.gas, share[-1], temperature[-1]), rel=1e-10
     )
 
 
@@ -93,30 +77,19 @@ def test_indicated_pressure_is_the_integral_of_p_dv():
     assert output(simulation, rows[-1], "indicated.pressure_mean") == pytest.approx(integral / swept, rel=1e-6)
 
 
-def test_closed_adiabatic_cylinder_of_constant_heat_capacity_keeps_p_v_gamma():
-    r, gamma = 287.0, 1.4
-    settings = single(**CLOSED, wall_factor=0.0, tolerance=1e-10)
-    gas = constant_gas(gamma / (gamma - 1.0) * r, r)
-    simulation = running(settings, gas=gas, angle=math.pi, fuel_mass=0.0)
-    rows = turn(simulation, 720)
-    numbers = build_model(settings).numbers
-    angles = math.pi + np.radians(np.arange(1, 721))
-    constant = output(simulation, rows, "cylinder[1].pressure") * [volume(numbers, a) ** gamma for a in angles]
-    assert np.ptp(constant) < 1e-8 * constant.mean()
-    assert output(simulation, rows, "cylinder[1].pressure").max() > 40.0 * settings.intake_pressure
-
-
 def test_closed_adiabatic_cylinder_of_air_keeps_its_entropy():
     """∫ c_p dT/T = R ln(p₂/p₁), with the heat capacity integrated by quadrature."""
     settings = single(**CLOSED, wall_factor=0.0, tolerance=1e-10)
     simulation = running(settings, angle=math.pi, fuel_mass=0.0)
     rows = turn(simulation, 180)
-    gas = gas_table(settings.hydrogen_per_carbon)
+    gas = of_gas.gas_table(settings.hydrogen_per_carbon)
     t2, p2 = (output(simulation, rows[-1], f"cylinder[1].{name}") for name in ("temperature", "pressure"))
     t1 = settings.intake_temperature
-    rise = quad(lambda t: heat_capacity(gas, 0.0, t) / t, t1, t2, points=[MIDDLE], epsabs=0.0, epsrel=1e-12)[0]
+    rise = quad(
+        lambda t: of_gas.heat_capacity(gas, 0.0, t) / t, t1, t2, points=[of_gas.MIDDLE], epsabs=0.0, epsrel=1e-12
+    )[0]
     assert t2 > 850.0
-    assert rise == pytest.approx(gas_constant(gas, 0.0) * math.log(p2 / settings.intake_pressure), rel=1e-8)
+    assert rise == pytest.approx(of_gas.gas_constant(gas, 0.0) * math.log(p2 / settings.intake_pressure), rel=1e-8)
 
 
 def test_a_closed_charge_burns_to_its_adiabatic_flame_temperature():
@@ -129,10 +102,10 @@ def test_a_closed_charge_burns_to_its_adiabatic_flame_temperature():
     assert simulation.of_cylinder(at.BURNT)[0] == pytest.approx(20e-6, rel=1e-5)
     work = simulation.of_cylinder(at.WORK)[0]
     mass, share = (output(simulation, rows[-1], f"cylinder[1].{name}") for name in ("mass", "products"))
-    made = 20e-6 * (1.0 + stoichiometric_air(settings.hydrogen_per_carbon))
+    made = 20e-6 * (1.0 + of_gas.stoichiometric_air(settings.hydrogen_per_carbon))
     assert mass * share == pytest.approx(made, rel=1e-5)  # fuel and the air that it takes
-    gas = gas_table(settings.hydrogen_per_carbon)
-    flame = brentq(lambda t: mass * internal_energy(gas, share, t) - before - heat + work, 250.0, 3000.0)
+    gas = of_gas.gas_table(settings.hydrogen_per_carbon)
+    flame = brentq(lambda t: mass * of_gas.internal_energy(gas, share, t) - before - heat + work, 250.0, 3000.0)
     assert output(simulation, rows[-1], "cylinder[1].temperature") == pytest.approx(flame, rel=1e-9)
 
 
@@ -239,7 +212,9 @@ def test_gas_that_flows_back_into_the_intake_returns_first():
     pool, heat = (simulation.of_cylinder(slot)[0] for slot in (at.POOL, at.POOL_ENTHALPY))
     share = simulation.of_cylinder(at.POOL_PRODUCTS)[0] / pool
     assert pool > 0.0 and 0.5 < share < 1.0
-    assert heat / pool > enthalpy(gas_table(settings.hydrogen_per_carbon), share, 500.0)  # it comes back as hot
+    assert heat / pool > of_gas.enthalpy(
+        of_gas.gas_table(settings.hydrogen_per_carbon), share, 500.0
+    )  # it comes back as hot
     filled = turn(simulation, 160)
     assert simulation.of_cylinder(at.POOL)[0] < 1e-2 * simulation.of_cylinder(at.MASS)[0]
     before = output(simulation, rows, "cylinder[1].products") * output(simulation, rows, "cylinder[1].mass")
@@ -386,45 +361,21 @@ def test_wiebe_rates_integrate_to_their_shares():
 
 
 def test_gas_energy_is_continuous_and_its_temperature_the_inverse():
-    gas = gas_table(1.86)
+    gas = of_gas.gas_table(1.86)
     for share in (0.0, 0.3, 1.0):
-        assert enthalpy(gas, share, 298.15) == pytest.approx(0.0, abs=1e-3)
-        below, above = (enthalpy(gas, share, MIDDLE + d) for d in (-1e-9, 1e-9))
+        assert of_gas.enthalpy(gas, share, 298.15) == pytest.approx(0.0, abs=1e-3)
+        below, above = (of_gas.enthalpy(gas, share, of_gas.MIDDLE + d) for d in (-1e-9, 1e-9))
         assert above - below == pytest.approx(0.0, abs=1e-3)
         for t in (250.0, 999.0, 1001.0, 2500.0, 4200.0):
-            energy = internal_energy(gas, share, t)
-            assert temperature_of(gas, share, energy, 600.0) == pytest.approx(t, rel=1e-10)
+            energy = of_gas.internal_energy(gas, share, t)
+            assert of_gas.temperature_of(gas, share, energy, 600.0) == pytest.approx(t, rel=1e-10)
 
 
-@pytest.mark.parametrize(
-    ("old", "new", "said"),
-    [
-        ('engine = "diesel_i6"', 'engine = "diesel_i7"', "unknown engine 'diesel_i7': did you mean 'diesel_i6'?"),
-        ("[walls]", "[wall]", "unknown table 'wall'; did you mean 'walls'?"),
-        ('mass = { value = 82, unit = "mg"', 'mass = { value = 82, unit = "mm"', "injection.mass: unit 'mm'"),
-        ("intake_opens = { value = -375", "intake_opens = { value = -100", "it opens before it closes"),
-        ('unit = "MJ/kg"', 'unit = "J/kg"', "fuel.heating_value: 4.28e-05 MJ/kg is not within"),
-    ],
-)
-def test_a_wrong_module_file_is_refused_in_one_line(tmp_path, old, new, said):
-    text = module_files()["combustion_i6"].read_text("utf-8")
-    path = tmp_path / "mine.toml"
-    path.write_text(text, "utf-8")
-    assert load(path) == six()
-    path.write_text(text.replace(old, new, 1), "utf-8")
-    with one_line(said):
-        load(path)
-
-
-@pytest.mark.parametrize(
-    ("changes", "said"),
-    [
-        ({"rod_length": 0.05}, "rod_length 50 mm does not exceed"),
-        ({"compression_ratio": 1.0}, "compression_ratio 1 must be above 1"),
-        ({"lift_source": "imput"}, "did you mean 'input'"),
-        ({"bore": math.nan}, "bore is nan"),
-    ],
-)
+@pytest.mark.parametrize(("changes", "said"), [
+    ({"rod_length": 0.05}, "rod_length 50 mm does not exceed"),
+    ({"compression_ratio": 1.0}, "compression_ratio 1 must be above 1"),
+    ({"lift_source": "imput"}, "did you mean 'input'"), ({"bore": math.nan}, "bore is nan"),
+])  # fmt: skip
 def test_settings_that_no_engine_has_are_refused(changes, said):
     with one_line(said):
         CombustionSimulation(single(**changes))

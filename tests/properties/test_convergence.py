@@ -1,9 +1,8 @@
 """Convergence of the real stepping: each method's order on smooth data, and an independent right-hand side.
 
 Order is read at small steps from a run of the elastic six (coarse mesh, linear bearings, built-in gas trace; the rods
-make the mass matrix vary), started from a settled state, over all modal coordinates. At working steps stiff films
-reduce the orders; there the level of the error counts, which a slow test holds, and at a resonance the damping that a
-method adds, which another tells from its stability function.
+make the mass matrix vary), started from a settled state, over all modal coordinates. Errors at working steps:
+test_default_steps.py; damping at a resonance: literature/test_integrators.py.
 """
 
 import math
@@ -19,9 +18,8 @@ from started import at_speed
 
 from cranktrain.core.reduced_body import truncate
 from cranktrain.dynamics.model import state as layout
-from cranktrain.dynamics.simulation import Settings, simulate
-from cranktrain.dynamics.time.integrators import INTEGRATORS, integrator_table
-from cranktrain.dynamics.time.table import FIRST_STAGE, HEAD, STAGES
+from cranktrain.dynamics.simulation import Settings
+from cranktrain.dynamics.time.integrators import INTEGRATORS
 
 RPM = math.pi / 30
 SPEED = 2000 * RPM
@@ -112,101 +110,3 @@ def test_an_independent_right_hand_side_integrated_by_radau_agrees(bearings):
     ours = modal(carried_on(bearings, "sdirk4", 0.1, span, cutoff))
     for mine, theirs in ((ours[0], solution.y[:n, -1]), (ours[1], solution.y[n : 2 * n, -1])):
         assert np.linalg.norm(mine - theirs) < 1e-5 * np.linalg.norm(theirs)
-
-
-@cache
-def last_cycle(integrator, step_deg, tolerance, rpm, load=1.0):
-    """Pulley torsion and axial motion (2, 180), each 4 degrees back from the sixth cycle's end; impedance bearings."""
-    settings = Settings(integrator=integrator, step=math.radians(step_deg), newton_tolerance=tolerance, gas_load=load)
-    outputs = simulate(*six(), settings, rpm * RPM, 6).outputs
-    count = round(720 / step_deg)
-    return np.array([outputs[name][::-1][: count : count // 180] for name in ("pulley.torsion", "pulley.axial")])
-
-
-RESONANT = 7.5
-PEAK = 1905.0
-"""Speed (rev/min) at which that order meets the first torsional mode, 238 Hz."""
-LIGHT = 0.1
-"""Share of the full gas load at which the mode is nearly linear."""
-
-
-def resonant_torsion(integrator, step_deg, rpm):
-    """Order 7.5 of the pulley's torsion, complex; the samples go back in time."""
-    return np.conj(np.fft.rfft(last_cycle(integrator, step_deg, 1e-8, rpm, LIGHT)[0])[round(2 * RESONANT)])
-
-
-@cache
-def first_torsional_mode():
-    """Eigenvalue (1/s) of the running crank's first torsional mode, from the resonance curve of order 7.5."""
-    speeds = PEAK + np.array([-150.0, -75.0, -25.0, 25.0, 100.0])
-    s = 1j * RESONANT * speeds * RPM
-    curve = np.array([resonant_torsion("sdirk4", 1.0, rpm) for rpm in speeds])
-    # (s² + b s + c) y = d + e s with b, c real and d, e complex, in units of the middle frequency.
-    s = s / abs(s[2])
-    terms = np.column_stack([s * curve, curve, -np.ones(5), -1j * np.ones(5), -s, -1j * s])
-    known = -(s**2) * curve
-    size = np.abs(curve)[:, None]
-    rows = np.concatenate(((terms / size).real, (terms / size).imag))
-    sides = np.concatenate(((known / size[:, 0]).real, (known / size[:, 0]).imag))
-    b, c = np.linalg.lstsq(rows, sides, rcond=None)[0][:2]
-    pole = np.roots([1.0, b, c])
-    return complex(pole[pole.imag > 0.0][0]) * RESONANT * speeds[2] * RPM
-
-
-BEYOND = pytest.mark.xfail(strict=True, reason="axial 5.8e-3, torsion 2.6e-3: beyond the range of order three")
-
-
-@pytest.mark.slow
-@pytest.mark.parametrize(
-    ("integrator", "step_deg", "axial", "torsion"),
-    [
-        pytest.param("sdirk3", 2.0, 5e-3, 2.5e-3, marks=BEYOND),
-        ("sdirk3", 1.0, 1e-3, 4e-4),
-        ("sdirk4", 2.0, 2e-3, 2e-4),
-        ("sdirk4", 1.0, 3e-4, 5e-5),
-        ("sdirk4", 0.5, 4e-5, 3e-5),
-    ],
-)
-def test_error_at_working_steps(integrator, step_deg, axial, torsion):
-    """Midway between the speeds at which orders 9 and 12 meet the first torsional mode, 1587 and 1190 rev/min.
-
-    At 1905 rev/min order 7.5 meets that mode; there the error is the method's damping over that of the mode, not the
-    bound of a method: see the next test.
-    """
-    hertz = abs(first_torsional_mode()) / (2 * math.pi)
-    midway = 0.5 * (60 * hertz / 9 + 60 * hertz / 12)
-    # Axial motion at the levels that the design's feasibility study reached. Its torsion (9e-4, 2e-4; 1e-4, 2e-5, 4e-6)
-    # is missed by factors of 1.3 to 2 and, at 0.5 degrees, by Newton's tolerance: those bounds are our own.
-    reference, found = last_cycle("sdirk4", 0.25, 1e-10, midway), last_cycle(integrator, step_deg, 1e-6, midway)
-    error = np.sqrt(np.mean((found - reference) ** 2, axis=1)) / np.std(reference, axis=1)
-    assert error[1] < axial
-    assert error[0] < torsion
-
-
-def forced(integrator, eigenvalue, omega, h):
-    """What a Runge-Kutta method makes of the steady motion of ẏ = λ y + exp(iωt), over its exact one."""
-    table = integrator_table(integrator)
-    stages = int(table[HEAD, STAGES])
-    a = table[FIRST_STAGE : FIRST_STAGE + stages, :stages]
-    weights = np.linalg.solve(np.eye(stages) - h * eigenvalue * a.T, a[-1])
-    stability = 1.0 + h * eigenvalue * weights.sum()
-    load = h * weights @ np.exp(1j * omega * h * a.sum(axis=1))
-    return load / (np.exp(1j * omega * h) - stability) * (1j * omega - eigenvalue)
-
-
-@pytest.mark.slow
-def test_at_a_resonance_the_error_is_the_damping_of_the_method():
-    """Order 7.5 and the first torsional mode, whose frequency and damping are read from the run's resonance curve.
-
-    A mode that is alone explains the error of order 7.5 at its peak (2.1e-3 for SDIRK3 at 1 degree) to an eighth; other
-    modes, the rods' varying mass and the films' own errors are not in it. So it is at a tenth of the gas load: at full
-    load films damp the more the larger the motion, and the peak's error is a quarter less than that of a linear mode.
-    """
-    eigenvalue = first_torsional_mode()
-    assert 230.0 < abs(eigenvalue) / (2 * math.pi) < 246.0
-    assert 0.01 < -eigenvalue.real / abs(eigenvalue) < 0.04
-    exact = resonant_torsion("sdirk4", 0.5, PEAK)
-    for integrator, step_deg in (("sdirk3", 2.0), ("sdirk3", 1.0), ("sdirk3", 0.5)):
-        told = forced(integrator, eigenvalue, RESONANT * PEAK * RPM, math.radians(step_deg) / (PEAK * RPM)) - 1.0
-        error = resonant_torsion(integrator, step_deg, PEAK) / exact - 1.0
-        assert abs(error - told) < 0.15 * abs(told), (integrator, step_deg, error, told)

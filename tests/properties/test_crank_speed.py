@@ -6,6 +6,7 @@ from dataclasses import replace
 import numpy as np
 import pytest
 from bodies import rigid_crank
+from started import rate
 from test_load_torque import CRANK_INERTIA, SIX, rods_inertia
 
 import cranktrain as ct
@@ -28,11 +29,10 @@ def last(run, *names):
 
 def test_crank_speed_is_the_rate_of_crank_angle(rigid):
     angle, speed, frame = last(rigid, "crank.angle", "crank.speed", "frame.speed")
-    rate = (8.0 * (angle[3:-1] - angle[1:-3]) - (angle[4:] - angle[:-4])) / (12.0 * rigid.step)
-    np.testing.assert_allclose(speed[2:-2], rate, atol=2e-4 * np.ptp(speed))
+    np.testing.assert_allclose(speed[2:-2], rate(angle, rigid.step), atol=2e-4 * np.ptp(speed))
     assert np.ptp(frame) < 0.02 * np.ptp(speed)
     torsion, flywheel = last(rigid, "flywheel.torsion", "flywheel.speed")
-    turned = (8.0 * (torsion[3:-1] - torsion[1:-3]) - (torsion[4:] - torsion[:-4])) / (12.0 * rigid.step)
+    turned = rate(torsion, rigid.step)
     np.testing.assert_allclose(flywheel[2:-2] - frame[2:-2], turned, atol=2e-4 * np.ptp(speed))
 
 
@@ -51,19 +51,13 @@ def test_irregularity_is_that_of_the_kinetic_energy(rigid):
     assert rigid.outputs["crank.irregularity"][rigid.per_cycle // 2] == 0.0  # no full cycle yet
 
 
-@pytest.mark.parametrize(
-    ("engine", "choices"),
-    [
-        ("diesel_i6", {"crank": "torsional", "bearings": "impedance", "damper": True}),
-        ("single_petrol", {"crank": "rigid", "bearings": "impedance"}),
-        ("four_petrol", {"crank": "torsional", "bearings": "impedance"}),
-    ],
-)
+@pytest.mark.parametrize(("engine", "choices"), [
+    ("diesel_i6", {"crank": "torsional", "bearings": "impedance", "damper": True}),
+    ("single_petrol", {"crank": "rigid", "bearings": "impedance"}),
+    ("four_petrol", {"crank": "torsional", "bearings": "impedance"}),
+])  # fmt: skip
 def test_brake_torque_is_on_average_the_shaft_s(engine, choices):
-    """Films' squeeze, structure, damper and drive line are taken off; what is left over the cycle is stored energy.
-
-    Equal are means of powers: the frame swings with a single's gas. Dry friction in a line is a law beside its shafts.
-    """
+    """Means of powers, less films' squeeze, structure, damper and drive line, differ by the stored energy alone."""
     run = ct.simulate(engine, speed_rpm=2000, settle=1e-3, **choices)
     energy = run.summary()["energy"]
     power, shaft, indicated, frame = last(run, "torque.brake", "shaft.torque", "torque.indicated", "frame.speed")

@@ -11,17 +11,7 @@ from cranktrain.core.reduced_body import rigid
 from cranktrain.dynamics.settled.judging import Settling
 from cranktrain.dynamics.simulation import Settings, Simulation, fitted_engine
 from cranktrain.engine.file import load_engine
-from cranktrain.results.strength.cut_loads import (
-    AXIS,
-    PointLoads,
-    body_inertia,
-    crank_loads,
-    crank_masses,
-    imbalance,
-    interface_loads,
-    mass_loads,
-    unbalanced_share,
-)
+from cranktrain.results.strength import cut_loads as cuts
 from cranktrain.results.strength.recorded_cycle import RecordedCycle, recorded_cycle
 from cranktrain.results.strength.throw_loads import single_throws, supported, throw_axes, whole_crank
 from cranktrain.structure.assembly import assemble
@@ -47,7 +37,7 @@ def beam():
 
 
 def point_load(place, force):
-    return PointLoads(np.array([place[2]]), np.array([[place]]), np.array([[force]]), np.zeros((1, 1, 3)))
+    return cuts.PointLoads(np.array([place[2]]), np.array([[place]]), np.array([[force]]), np.zeros((1, 1, 3)))
 
 
 @pytest.mark.parametrize("share", [0.5, 0.2])
@@ -57,9 +47,9 @@ def test_a_throw_on_simple_supports(share):
     radial, across = throw_axes(c, 2)
     front, rear = c.main_positions[1], c.main_positions[2]
     z = front + share * (rear - front)
-    pressed = point_load(c.throw * radial + z * AXIS, -1000.0 * radial + 400.0 * across)
+    pressed = point_load(c.throw * radial + z * cuts.AXIS, -1000.0 * radial + 400.0 * across)
     loads = supported(pressed, front, rear)
-    force, moment = loads.cut(z, z * AXIS)
+    force, moment = loads.cut(z, z * cuts.AXIS)
     assert np.allclose(loads.resultant(np.ones(3, dtype=bool), np.zeros(3))[0], 0.0, atol=1e-9)
     assert force[0] @ radial == pytest.approx(1000.0 * (1.0 - share))
     assert -moment[0] @ across == pytest.approx(1000.0 * share * (1.0 - share) * (rear - front))
@@ -72,7 +62,7 @@ def test_webs_and_pin_of_a_throw_pressed_together():
     pin, force = 3, 1000.0
     radial, across = throw_axes(c, pin)
     z = c.pin_positions[pin - 1]
-    webs, pins = single_throws(c, point_load(c.throw * radial + z * AXIS, -force * radial + 300.0 * across))
+    webs, pins = single_throws(c, point_load(c.throw * radial + z * cuts.AXIS, -force * radial + 300.0 * across))
     front, rear = webs[2 * pin - 2 : 2 * pin]
     span = c.main_positions[pin] - c.main_positions[pin - 1]
     arm = 0.5 * (span - c.pin_width - c.web_thickness)
@@ -91,28 +81,21 @@ def test_webs_and_pin_of_a_throw_pressed_together():
 
 def test_a_run_balances(beam):
     """The reduced body's inertia and all that acts on it are each other's opposites, to 1e-6 of the peak in it."""
-    loads = crank_loads(beam)
-    cuts = [loads.cut(z, z * AXIS) for z in np.linspace(loads.z.min(), loads.z.max(), 60)]
-    force, moment = (max(np.abs(cut[k]).max() for cut in cuts) for k in range(2))
-    missed = np.abs(imbalance(beam)).max(axis=0)
+    loads = cuts.crank_loads(beam)
+    found = [loads.cut(z, z * cuts.AXIS) for z in np.linspace(loads.z.min(), loads.z.max(), 60)]
+    force, moment = (max(np.abs(cut[k]).max() for cut in found) for k in range(2))
+    missed = np.abs(cuts.imbalance(beam)).max(axis=0)
     assert missed[:3].max() < 1e-6 * force
     assert missed[3:].max() < 1e-6 * moment
-    assert unbalanced_share(beam) < 1e-6
-
-
-def test_nothing_is_left_at_the_free_end(beam):
-    loads = crank_loads(beam)
-    force, moment = loads.cut(np.inf, np.zeros(3))
-    assert np.abs(force).max() < 1e-9 * np.abs(loads.forces).max()
-    assert np.abs(moment).max() < 1e-9 * np.abs(loads.moments).max()
+    assert cuts.unbalanced_share(beam) < 1e-6
 
 
 def test_pieces_lack_little_of_the_elastic_body(beam):
     """Their inertia is the body's within a hundredth of the largest load."""
-    found = mass_loads(beam, crank_masses(beam.engine))
+    found = cuts.mass_loads(beam, cuts.crank_masses(beam.engine))
     force, moment = found.resultant(np.ones(found.z.size, dtype=bool), np.zeros(3))
-    lacking = np.abs(body_inertia(beam) - np.concatenate([force, moment], axis=1)).max(axis=0)
-    assert lacking[:3].max() < 0.01 * np.abs(interface_loads(beam).forces).max()
+    lacking = np.abs(cuts.body_inertia(beam) - np.concatenate([force, moment], axis=1)).max(axis=0)
+    assert lacking[:3].max() < 0.01 * np.abs(cuts.interface_loads(beam).forces).max()
     assert lacking[5] < 0.01 * max(np.abs(web.journal_torque).max() for web in whole_crank(SIX.crankshaft, found)[0])
 
 
@@ -128,9 +111,9 @@ def test_pieces_of_a_rigid_crank_are_that_body(name):
         draw.uniform(-50.0, 50.0, 5), *(tiny * scale * draw.standard_normal((5, 6)) for scale in (1.0, 1e3, 1e6)),
         np.zeros(6), {}, Settling(0, 0, 1e-3),
     )  # fmt: skip
-    found = mass_loads(cycle, crank_masses(engine))
+    found = cuts.mass_loads(cycle, cuts.crank_masses(engine))
     force, moment = found.resultant(np.ones(found.z.size, dtype=bool), np.zeros(3))
-    whole = body_inertia(cycle)
+    whole = cuts.body_inertia(cycle)
     assert force == pytest.approx(whole[:, :3], abs=1e-6 * np.abs(whole[:, :3]).max())
     assert moment == pytest.approx(whole[:, 3:], abs=1e-6 * np.abs(whole[:, 3:]).max())
 
@@ -140,7 +123,7 @@ def test_torque_is_what_the_shaft_carries():
     reduction = replace(SIX.reduction, torsional_source="ker-wilson", running_cutoff_hz=1e5)
     engine = replace(SIX, damping=replace(SIX.damping, ratio=1e-6), reduction=reduction)
     cycle = recorded(engine, Settings(crank="torsional", newton_tolerance=TIGHT), 240.0)
-    loads, names = crank_loads(cycle), shaft_nodes(engine)
+    loads, names = cuts.crank_loads(cycle), shaft_nodes(engine)
     z = [cycle.body.positions[cycle.body.index(name), 2] for name in names]
     about_axis = (loads.moments + np.cross(loads.places, loads.forces))[..., 2]
     for i, stiffness in some(enumerate(cycle.body.records["shaft_stiffness"])):

@@ -78,13 +78,7 @@ def test_a_spring_stiffens_where_a_fluid_only_damps(six):
 
 
 def test_the_first_mode_of_the_six_takes_nearly_houdailles_damping(six):
-    """Other modes bend the optimum by their flexibility at the pulley: a few per cent of the damping, not more.
-
-    In bearings so stiff that no bending mode lies near the torsional one and shares its peak, and with an open collar:
-    a closed one couples torsion to an axial mode.
-
-    Its own damping, 1 %, lowers the peak of 1 + 2/mu by less than it would lower that of a mode without ring.
-    """
+    """In stiff bearings and an open collar no other mode shares its peak; their flexibility counts a few per cent."""
     engine, body = six
     springs = dict.fromkeys(("stiffness_x", "stiffness_y"), 1e9)
     stiff = dict.fromkeys(("block_stiffness_x", "block_stiffness_y"), 1e12)

@@ -15,14 +15,7 @@ from cranktrain.core.errors import SolverError
 from cranktrain.dynamics.model import state as layout
 from cranktrain.dynamics.simulation import Settings
 from cranktrain.engine.file import load_engine
-from cranktrain.modules.combustion.file import load
-from cranktrain.modules.combustion.simulation import CombustionSimulation
-from cranktrain.modules.register import module_files
 from cranktrain.structure.assembly import assemble
-from cranktrain_lab.coupling.master import Master
-from cranktrain_lab.coupling.modules import COMBUSTION, CRANKTRAIN, OWN
-from cranktrain_lab.coupling.simulation_unit import SimulationUnit
-from cranktrain_lab.coupling.virtual_engine import gas_connections, gas_exchange
 
 SPEED = 2000 * math.pi / 30
 STEP = math.radians(2.5)
@@ -63,9 +56,6 @@ def rows(simulation, count, points=1, h=H):
     return np.array(found)
 
 
-# ------------------------------------------------------------------ steps
-
-
 METHODS = [{"integrator": name} for name in ("esdirk4", "esdirk47", "sdirk3", "bdf2", "generalised-alpha")]
 OTHERS = [{"control": "adaptive", "tolerance": 1e-4}, {"bearings": "linear", "boundary": "torque"}]
 
@@ -97,9 +87,6 @@ def test_a_communication_step_little_shorter_than_the_step_is_stepped():
     for k in range(1, 30):
         simulation.step(k * 0.95 * H)
         assert simulation.state[layout.UNDER_WAY] == 0.0 and simulation.state[layout.SUBSTEPS] >= 1.0
-
-
-# ------------------------------------------------------------------ motion between steps
 
 
 @pytest.mark.parametrize("integrator", ["sdirk3", "esdirk4"])
@@ -168,11 +155,9 @@ def test_time_and_angle_never_part():
     assert simulation.state[layout.SHAFT_ANGLE] - begun == pytest.approx(SPEED * time, rel=1e-9)
 
 
-# ------------------------------------------------------------------ states
-
-
-def test_a_state_between_steps_goes_on_to_the_bit():
-    simulation = started()
+@pytest.mark.parametrize("settings", [{}, OTHERS[0]], ids=str)
+def test_a_state_between_steps_goes_on_to_the_bit(settings):
+    simulation = started(**settings)
     rows(simulation, 42, points=4)
     assert simulation.state[layout.UNDER_WAY] == 1.0
     kept, shown = simulation.state, simulation.outputs.copy()
@@ -180,7 +165,7 @@ def test_a_state_between_steps_goes_on_to_the_bit():
     simulation.state = kept
     assert np.array_equal(simulation.outputs, shown)
     assert np.array_equal(rows(simulation, 30, points=4), expected)
-    other = started()
+    other = started(**settings)
     other.state = kept
     assert np.array_equal(other.outputs, shown)
     assert np.array_equal(rows(other, 30, points=4), expected)
@@ -199,21 +184,6 @@ def test_an_altered_state_does_not_step_from_long_ago(place, end):
     before = entry.count(simulation, "steps")
     simulation.step(simulation.time + H / 3)
     assert entry.count(simulation, "steps") - before <= 2
-
-
-def test_the_state_between_steps_is_the_motion_there():
-    """What reads a state, to look at the motion or to move it, finds that of the present time."""
-    h = math.radians(0.5) / SPEED
-    simulation = started(bearings="linear", step=math.radians(0.5))
-    rows(simulation, 422, 4, h)
-    assert simulation.state[layout.UNDER_WAY] == 1.0
-    exact = started(bearings="linear", step=math.radians(0.03125), dense_output="off")
-    rows(exact, 422, 4, h)
-    for found, wanted in zip(entry.motion(simulation), entry.motion(exact), strict=True):
-        np.testing.assert_allclose(found, wanted, rtol=0, atol=2e-3 * np.abs(wanted).max())
-
-
-# ------------------------------------------------------------------ inputs
 
 
 def test_an_input_that_changes_ends_the_step_where_it_changes():
@@ -244,21 +214,6 @@ def test_inputs_that_change_at_every_point_are_stepped_as_before():
         assert np.array_equal(fine.outputs, plain.outputs)
 
 
-def test_a_run_beside_the_combustion_is_that_of_every_point():
-    """Pressures of a partner change at each degree, under a master that lets units reconstruct them."""
-    found = []
-    for dense in ("on", "off"):
-        crank, gas = started(dense_output=dense), CombustionSimulation(load(module_files()["combustion_i6"]))
-        gas.inputs[0] = SPEED
-        units = [SimulationUnit(COMBUSTION, gas), SimulationUnit(CRANKTRAIN, crank, begin=lambda: None)]
-        master = Master(units, gas_connections(6, True), gas_exchange("gauss-seidel", OWN))
-        master.initialize()
-        for k in range(360):
-            master.step((k + 1) * math.radians(1.0) / SPEED)
-        found.append(crank.outputs.copy())
-    assert np.array_equal(*found)
-
-
 @pytest.mark.parametrize("rates", [False, True])
 def test_a_ramp_is_passed_over(rates):
     """The speed of a run-up goes on along the line of its samples, or of its rates."""
@@ -286,9 +241,6 @@ def test_pressures_that_are_given_for_the_first_time_end_the_trace_at_once():
     assert fine.outputs[torque] == pytest.approx(plain.outputs[torque], rel=5e-3)
 
 
-# ------------------------------------------------------------------ failures
-
-
 def test_a_stall_is_told_where_a_run_of_every_point_tells_it():
     found = []
     for dense in ("on", "off"):
@@ -308,14 +260,10 @@ def test_a_stall_is_told_where_a_run_of_every_point_tells_it():
 def test_inputs_that_are_no_numbers_are_refused_between_steps():
     simulation = started()
     rows(simulation, 42, points=4)
-    kept = simulation.state
-    simulation.inputs[0] = math.nan
+    kept, simulation.inputs[0] = simulation.state, math.nan
     with one_line("speed"):
         simulation.step(simulation.time + H / 4)
     assert np.array_equal(simulation.state, kept)
-
-
-# ------------------------------------------------------------------ other models on the way
 
 
 def test_temperatures_may_change_between_steps():

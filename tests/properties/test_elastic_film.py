@@ -20,22 +20,9 @@ from one_line import one_line
 
 from cranktrain.core.errors import InputError
 from cranktrain.film.contact.asperity import contact_constants
+from cranktrain.film.elastic import grid as at
 from cranktrain.film.elastic.film import CONVERGED
-from cranktrain.film.elastic.grid import (
-    CLIPPED,
-    CONTACT_LOAD,
-    CONTACT_SHARE,
-    FILL_MEAN,
-    FILM_MIN,
-    FILM_MIN_ANGLE,
-    FILM_MIN_ZETA,
-    FRICTION_TORQUE,
-    OIL,
-    PRESSURE_MAX,
-    SIDE_FLOW,
-    SUPPLY_FLOW,
-    ElasticGrid,
-)
+from cranktrain.film.elastic.grid import ElasticGrid
 from cranktrain.film.journal.film import OUT_SIZE as RIGID_SIZE
 from cranktrain.film.journal.film import journal_film
 from cranktrain.film.journal.grid import Motion, cold_start, journal_grid, journal_work, shell_grid
@@ -51,7 +38,7 @@ def test_a_bore_without_compliance_is_the_rigid_film():
     def compare(n, *_):
         out, unknowns = seen[n - 1]
         assert stiff.forces == pytest.approx(out[:4], rel=1e-6, abs=1e-6 * abs(out[:4]).max())
-        for entry in (PRESSURE_MAX, FILM_MIN, SUPPLY_FLOW, FRICTION_TORQUE, OIL):
+        for entry in (at.PRESSURE_MAX, at.FILM_MIN, at.SUPPLY_FLOW, at.FRICTION_TORQUE, at.OIL):
             assert stiff.out[entry] == pytest.approx(out[entry], rel=1e-6, abs=1e-12)
         assert np.maximum(stiff.unknowns, 0) == pytest.approx(np.maximum(unknowns, 0), abs=1e-6 * unknowns.max())
 
@@ -85,11 +72,10 @@ def test_the_bore_returns_the_work_it_takes():
     assert abs(work.sum()) < 1e-9 * abs(work).sum()
 
 
-@pytest.mark.parametrize(
-    ("count", "highest", "contact", "step", "speed"),
-    [(0, 0.9, None, 1, SPEED), (7, 0.9, None, 0.5, SPEED), (7, 1.15, ROUGH, 0.5, SPEED), (9, 1.15, ROUGH, 1, SPEED),
-     (7, 0.9, ROUGH, 20, SPEED), (7, 0.9, None, 1, 0.0), (7, 0.9, None, 1, -SPEED)],
-)  # fmt: skip
+@pytest.mark.parametrize(("count", "highest", "contact", "step", "speed"), [
+    (0, 0.9, None, 1, SPEED), (7, 0.9, None, 0.5, SPEED), (7, 1.15, ROUGH, 0.5, SPEED), (9, 1.15, ROUGH, 1, SPEED),
+    (7, 0.9, ROUGH, 20, SPEED), (7, 0.9, None, 1, 0.0), (7, 0.9, None, 1, -SPEED),
+])  # fmt: skip
 def test_tangents_are_derivatives_of_the_forces(count, highest, contact, step, speed):
     coupling = 1e-10 * np.random.default_rng(1).normal(size=(count, 4))
     bearing = grooved(count=count, contact=contact, load_coupling=coupling)
@@ -119,10 +105,7 @@ def test_the_result_does_not_depend_on_the_warm_start():
 
 @pytest.mark.parametrize("steady", [True, False])
 def test_forces_converge_with_the_grid(steady):
-    """Second order in smooth films; the rupture front costs some of it. Moving: all forces of a piece of orbit.
-
-    The groove has a width: the end of one without is a point of which no grid sees enough.
-    """
+    """Second order in smooth films; the rupture front costs some of it. Moving: all forces of a piece of orbit."""
     forces = []
     for n_phi, n_z in ((24, 5), (48, 11), (96, 23)):
         bearing, history = grooved(ElasticGrid(n_phi, n_z, groove=1 / 3), 7), []
@@ -160,13 +143,13 @@ def test_ruptured_film_conserves_oil_to_rounding():
     position = CLEARANCE * np.array([0.3, -0.5, 0.02, 0.03])
     bearing.start_position[:] = position
     bearing.settle(position, dt=1e-12)
-    before = bearing.out[OIL]
+    before = bearing.out[at.OIL]
     later = position + CLEARANCE * np.array([0.02, -0.1, 0.0, 0.01])
     h = np.radians(2) / SPEED
     bearing.settle(later, (later - position) / h, SPEED, h)
-    assert bearing.out[PRESSURE_MAX] > 0.0
-    assert bearing.out[SIDE_FLOW] * h > 1e-4 * before
-    assert bearing.out[OIL] == pytest.approx(before - h * bearing.out[SIDE_FLOW], rel=1e-10)
+    assert bearing.out[at.PRESSURE_MAX] > 0.0
+    assert bearing.out[at.SIDE_FLOW] * h > 1e-4 * before
+    assert bearing.out[at.OIL] == pytest.approx(before - h * bearing.out[at.SIDE_FLOW], rel=1e-10)
 
 
 def test_oil_of_a_filling_bearing_is_what_the_groove_gave():
@@ -186,8 +169,10 @@ def test_oil_that_a_full_film_gains_or_loses_in_rupturing_shrinks_with_the_step(
 
         def visit(n, position, velocity, h):
             if n > 1:
-                balance.append(bearing.out[OIL] - oil[0] - h * (bearing.out[SUPPLY_FLOW] - bearing.out[SIDE_FLOW]))
-            oil[0] = bearing.out[OIL]
+                balance.append(
+                    bearing.out[at.OIL] - oil[0] - h * (bearing.out[at.SUPPLY_FLOW] - bearing.out[at.SIDE_FLOW])
+                )
+            oil[0] = bearing.out[at.OIL]
 
         follow(bearing, round(np.radians(240) / step), 0.85, step, visit=visit)
         return abs(np.sum(balance)) / oil[0]
@@ -208,35 +193,36 @@ def test_jumps_of_state_never_fail_and_fills_stay_between_nothing_and_full():
             status = bearing.solve(position, velocity, rng.choice([0, 50, 200, 500]), dt, dt * rng.uniform(0.3, 1))
             assert status == CONVERGED
             assert np.isfinite(bearing.out).all() and bearing.pressure.min() >= 0.0
-            assert bearing.unknowns.min() >= -1.0 and 0.0 <= bearing.out[FILL_MEAN] <= 1.0
+            assert bearing.unknowns.min() >= -1.0 and 0.0 <= bearing.out[at.FILL_MEAN] <= 1.0
             bearing.accept(position)
 
 
 def test_a_smooth_orbit_needs_no_clipping_of_the_fill():
     bearing = grooved(count=7)
     clipped = []
-    follow(bearing, 720, 0.95, visit=lambda *_: clipped.append(bearing.out[CLIPPED]))
+    follow(bearing, 720, 0.95, visit=lambda *_: clipped.append(bearing.out[at.CLIPPED]))
     assert sum(clipped) == 0
 
 
-def test_without_supply_a_bearing_starves():
-    bearing = Bearing(GRID, 7)
+def test_without_supply_a_bearing_starves_and_a_groove_fills_it_again():
     position = CLEARANCE * np.array([0.1, -0.7, 0.0, 0.0])
-    bearing.start_position[:] = position
-    oil, carried = [], []
-    for _ in range(200):
-        bearing.settle(position, dt=np.radians(20) / SPEED)
-        bearing.accept(position)
-        oil.append(bearing.out[OIL])
-        carried.append(np.hypot(*bearing.forces[:2]))
+
+    def stood(bearing):
+        """Oil and force over 200 steps at a place."""
+        bearing.start_position[:] = position
+        rows = []
+        for _ in range(200):
+            bearing.settle(position, dt=np.radians(20) / SPEED)
+            bearing.accept(position)
+            rows.append((bearing.out[at.OIL], np.hypot(*bearing.forces[:2])))
+        return np.array(rows).T
+
+    dry, fed = Bearing(GRID, 7), grooved(count=7)
+    oil, carried = stood(dry)
     assert np.diff(oil).max() < 1e-12 * oil[0]
     assert oil[-1] < 0.6 * oil[0] and carried[-1] < 0.05 * carried[0]
-    fed = grooved(count=7)
-    fed.start[:], fed.start_delta[:], fed.start_position[:] = bearing.start, bearing.start_delta, position
-    for _ in range(200):
-        fed.settle(position, dt=np.radians(20) / SPEED)
-        fed.accept(position)
-    assert np.hypot(*fed.forces[:2]) > 0.5 * carried[0]
+    fed.start[:], fed.start_delta[:] = dry.start, dry.start_delta
+    assert stood(fed)[1][-1] > 0.5 * carried[0]
 
 
 def test_a_bearing_at_rest_carries_nothing_and_starts():
@@ -250,7 +236,7 @@ def test_a_bearing_at_rest_carries_nothing_and_starts():
         speed = SPEED * n / 100
         bearing.settle(position, speed=speed, dt=1e-3)
         bearing.accept(position)
-        torques.append(bearing.out[FRICTION_TORQUE])
+        torques.append(bearing.out[at.FRICTION_TORQUE])
     assert max(torques) < 0.0 and np.hypot(*bearing.forces[:2]) > 1e3
 
 
@@ -269,7 +255,7 @@ def test_pure_squeeze_and_its_reversal_press_and_then_rupture():
         bearing.accept(place)
     # Pulled off the lower wall the film ruptures there; what still presses is above.
     assert up[1] < 0.0
-    assert bearing.out[FILL_MEAN] < 1.0 and bearing.unknowns.min() < -1e-3
+    assert bearing.out[at.FILL_MEAN] < 1.0 and bearing.unknowns.min() < -1e-3
 
 
 def test_edge_contact_carries_when_the_tilt_is_more_than_the_film():
@@ -279,10 +265,10 @@ def test_edge_contact_carries_when_the_tilt_is_more_than_the_film():
         position = CLEARANCE * np.array([0.0, -0.85, 0.0, -tilt])
         bearing.start_position[:] = position
         force = bearing.settle(position, dt=1e-3)
-        loads.append(bearing.out[CONTACT_LOAD])
-        assert 0.0 <= bearing.out[CONTACT_SHARE] < 1.0
+        loads.append(bearing.out[at.CONTACT_LOAD])
+        assert 0.0 <= bearing.out[at.CONTACT_SHARE] < 1.0
         if tilt > 0.0:
-            assert bearing.out[FILM_MIN_ZETA] > 0.9 and force[3] > 0.0
+            assert bearing.out[at.FILM_MIN_ZETA] > 0.9 and force[3] > 0.0
     assert loads[0] == 0.0 and np.diff(loads).min() >= 0.0 and loads[-1] > 100.0
 
 
@@ -310,8 +296,8 @@ def test_least_film_is_found_between_nodes():
     for e, turn in ((0.5, 0.013), (0.9, 0.05), (0.97, 0.1), (0.8, 0.2)):
         position = CLEARANCE * np.array([e * np.cos(turn), e * np.sin(turn), 0.0, 0.0])
         bearing.settle(position, dt=1e-4)
-        assert bearing.out[FILM_MIN] == pytest.approx(CLEARANCE * (1 - e), rel=1e-3)
-        assert bearing.out[FILM_MIN_ANGLE] == pytest.approx(turn, abs=2e-3)
+        assert bearing.out[at.FILM_MIN] == pytest.approx(CLEARANCE * (1 - e), rel=1e-3)
+        assert bearing.out[at.FILM_MIN_ANGLE] == pytest.approx(turn, abs=2e-3)
 
 
 def test_supply_pressure_reaches_the_film_around_the_groove():
@@ -319,28 +305,20 @@ def test_supply_pressure_reaches_the_film_around_the_groove():
     bearing.settle([0, 0, 0, 0], speed=0.0, dt=1e-3)
     mask = bearing.film.supply.reshape(GRID.n_phi, GRID.n_z) > 0
     assert bearing.pressure[mask] == pytest.approx(4e5, rel=1e-12)
-    assert bearing.out[PRESSURE_MAX] == pytest.approx(4e5, rel=1e-6)
-    assert bearing.out[SUPPLY_FLOW] == pytest.approx(bearing.out[SIDE_FLOW], rel=1e-9)
+    assert bearing.out[at.PRESSURE_MAX] == pytest.approx(4e5, rel=1e-6)
+    assert bearing.out[at.SUPPLY_FLOW] == pytest.approx(bearing.out[at.SIDE_FLOW], rel=1e-9)
 
 
-@pytest.mark.parametrize(
-    ("change", "text"),
-    [
-        ({"clearance": -1e-6}, "clearance"),
-        ({"viscosity": 0.0}, "viscosity"),
-        ({"width": np.nan}, "width"),
-        ({"supply_pressure": -1.0}, "supply pressure"),
-        ({"shapes": np.zeros((1, 3, 3)), "compliance": np.zeros(1)}, "bore shapes"),
-        ({"compliance": np.ones(2)}, "compliance"),
-        ({"shapes": bore_shapes(GRID, 1), "compliance": -np.ones(1)}, "negative eigenvalue"),
-        (
-            {"shapes": bore_shapes(GRID, 1), "compliance": np.ones(1), "load_coupling": np.zeros((2, 4))},
-            "load coupling",
-        ),
-        ({"supply": np.full((GRID.n_phi, GRID.n_z), 0.5)}, "supply mask"),
-        ({"contact": np.zeros(3)}, "contact"),
-    ],
-)
+ONE = {"shapes": bore_shapes(GRID, 1), "compliance": np.ones(1)}
+
+
+@pytest.mark.parametrize(("change", "text"), [
+    ({"clearance": -1e-6}, "clearance"), ({"viscosity": 0.0}, "viscosity"), ({"width": np.nan}, "width"),
+    ({"supply_pressure": -1.0}, "supply pressure"), ({"compliance": np.ones(2)}, "compliance"),
+    (ONE | {"shapes": np.zeros((1, 3, 3))}, "bore shapes"), (ONE | {"compliance": -np.ones(1)}, "negative eigenvalue"),
+    (ONE | {"load_coupling": np.zeros((2, 4))}, "load coupling"), ({"contact": np.zeros(3)}, "contact"),
+    ({"supply": np.full((GRID.n_phi, GRID.n_z), 0.5)}, "supply mask"),
+])  # fmt: skip
 def test_wrong_input_is_refused_in_one_line(change, text):
     sizes = {"diameter": 0.085, "width": 0.03, "clearance": 4e-5, "viscosity": 0.01}
     with one_line(text):

@@ -8,13 +8,10 @@ import pytest
 from elastic_bearing import follow, grooved
 from one_line import one_line
 
-from cranktrain.engine.checks.engine import check_bearings
 from cranktrain.engine.file import load_engine
-from cranktrain.film.elastic.balance import side_conductance
 from cranktrain.film.elastic.begin import prepare_step, turn_geometry
 from cranktrain.film.elastic.grid import ElasticGrid
-from cranktrain.film.elastic.newton import arrange
-from cranktrain.film.elastic.workspace import FORWARD, FULL, START_PLACE, WEIGHT, lane_work
+from cranktrain.film.elastic.workspace import START_PLACE, WEIGHT, lane_work
 from cranktrain.film.laws.ehd import FINE, IN_LOOP, elastic_arrays
 from cranktrain.structure.block.saddle import bore_compliance
 
@@ -120,40 +117,6 @@ def test_sums_are_exact_where_pressure_falls_along_a_wedge():
     assert own @ pressure == pytest.approx(exact, rel=1e-9)
 
 
-@pytest.mark.parametrize("n_phi", [12, 13, 16, 17])
-def test_a_closed_ring_has_neighbours_at_most_two_places_apart_and_a_cut_one_next_to_each_other(n_phi):
-    """Each column once. The ring is cut behind the first of its ruptured columns."""
-    grid = ElasticGrid(n_phi, 5)
-    film = grid.film(0.085, 0.03, 4e-5, 0.01)
-    work = lane_work(film)
-    work.nodes[0, FULL] = 1.0
-    work.lane[FORWARD] = 100.0
-    assert arrange(film, work, 0, 1e5) == 2 * grid.n_z
-    assert sorted(work.rows) == list(range(n_phi))
-    assert np.abs(work.rows - np.roll(work.rows, 1)).max() == 2
-    ruptured = np.arange(n_phi - 3, n_phi + 4) % n_phi
-    work.nodes[0, FULL].reshape(n_phi, -1)[ruptured] = 0.0
-    assert arrange(film, work, 0, 1e5) == grid.n_z
-    assert work.rows[ruptured[1]] == 0 and work.rows[ruptured[0]] == n_phi - 1
-    assert (np.diff(np.roll(work.rows, -ruptured[1])) == 1).all()
-    # Oil that passes several columns in a step reaches around.
-    assert arrange(film, work, 0, 1.0) == 2 * grid.n_z
-
-
-@pytest.mark.parametrize("opening", [1.0, 1.001, 3.0, 50.0])
-def test_conductance_between_lines_is_that_of_a_wedge(opening):
-    """Flow through a film of height H(z) from p to 0: (∫ dz/H³)⁻¹ p; with H linear, 2 H² H'²/(H + H')."""
-    h, beside = 0.7, 0.7 * opening
-    z, w = np.polynomial.legendre.leggauss(60)
-    across = 1.0 / np.sum(0.5 * w / (0.5 * (h + beside) + 0.5 * (beside - h) * z) ** 3)
-    value, by_own, by_beside = side_conductance(h, beside)
-    assert value == pytest.approx(across, rel=1e-9)
-    for at, slope in ((0, by_own), (1, by_beside)):
-        step = 1e-6 * np.eye(2)[at] * (h, beside)[at]
-        there, back = (side_conductance(*(np.array([h, beside]) + way * step)) for way in (1.0, -1.0))
-        assert slope == pytest.approx((there[0] - back[0]) / (2.0 * step[at]), rel=1e-7)
-
-
 def test_load_of_a_grooved_film_does_not_jump_from_one_count_of_lines_to_the_next():
     """They did where a groove was as wide as lines lie. No line is left out of those balanced four at a time."""
 
@@ -178,6 +141,3 @@ def test_the_groove_of_an_engine_is_as_wide_as_its_file_says():
         zetas = film.lines[:, 0]
         fed = zetas[1:-1][film.supply.reshape(IN_LOOP.n_phi, -1).any(axis=0)]
         assert 0.5 * bearing.width * np.ptp(fed) == pytest.approx(width, rel=1e-12)
-    too_wide = replace(bearing, supply_width=bearing.width)
-    with one_line("main_bearing.supply_width: 30 mm leaves no land"):
-        check_bearings(replace(engine, main_bearing=too_wide))

@@ -16,8 +16,6 @@ from cranktrain.engine.file import ORIGINS, engine_provenance, load_engine
 from cranktrain.engine.model import engine_from_dict, engine_to_dict
 from cranktrain.engine.parts import LumpedInertia
 from cranktrain.engine.quantities import OFFSETS, UNITS, OneOf, check_values, kinds
-from cranktrain.loads.gas_pressure import GasTrace
-from cranktrain.structure.crank.shape import pin_centre
 
 ENGINES = {"diesel_i6": SIX, "diesel_v8": EIGHT}
 
@@ -28,28 +26,6 @@ def test_bore_and_stroke_give_the_published_displacement(name, published):
     stroke = 2.0 * engine.crankshaft.throw
     litres = 1e3 * engine.n_cylinders * math.pi / 4.0 * engine.cylinders.bore**2 * stroke
     assert litres == pytest.approx(published, abs=0.01)
-
-
-def cross_plane():
-    """A V8 of the six's parts, two rods on each pin."""
-    engine, quarter = load_engine("diesel_i6"), math.pi / 2.0
-    crank = replace(engine.crankshaft, throw_angles=(0.0, quarter, 3.0 * quarter, 2.0 * quarter))
-    cylinders = replace(
-        engine.cylinders, firing_order=(1, 5, 4, 2, 6, 3, 7, 8), pins=(1, 2, 3, 4, 1, 2, 3, 4),
-        bank_angles=4 * (0.0,) + 4 * (quarter,),
-    )  # fmt: skip
-    return replace(engine, crankshaft=crank, cylinders=cylinders)
-
-
-@pytest.mark.parametrize("made", [lambda: load_engine("diesel_i6"), lambda: load_engine("diesel_v8"), cross_plane])
-def test_cylinders_fire_evenly_in_their_order(made):
-    """Throw angles are read into radians as well; cylinder 1 fires at crank angle 0."""
-    engine = made()
-    angles = [engine.firing_angles[c - 1] for c in engine.cylinders.firing_order]
-    assert engine.cylinders.firing_order[0] == 1
-    assert angles == pytest.approx([4.0 * math.pi * i / len(angles) for i in range(len(angles))], abs=1e-8)
-    if engine.n_cylinders == 6:
-        assert engine.crankshaft.throw_angles[1] == pytest.approx(4.0 * math.pi / 3.0)
 
 
 @pytest.mark.parametrize("name", ENGINES)
@@ -77,15 +53,12 @@ def test_a_unit_of_the_same_dimension_changes_nothing(tmp_path):
     assert read(tmp_path, with_value(SIX, "rod.length", 0.215, "m")) == load_engine("diesel_i6")
 
 
-@pytest.mark.parametrize(
-    ("value", "said"),
-    [
-        ("1" + 400 * "0", "… is not a finite number"),
-        ("0x" + 4000 * "f", "rod.length: a value too long to show is not a finite number"),
-        (5000 * "1", "not a TOML file: Exceeds the limit"),
-        (3000 * "[" + 3000 * "]", "not a TOML file: brackets are nested too deeply"),
-    ],
-)
+@pytest.mark.parametrize(("value", "said"), [
+    ("1" + 400 * "0", "… is not a finite number"),
+    ("0x" + 4000 * "f", "rod.length: a value too long to show is not a finite number"),
+    (5000 * "1", "not a TOML file: Exceeds the limit"),
+    (3000 * "[" + 3000 * "]", "not a TOML file: brackets are nested too deeply"),
+])  # fmt: skip
 def test_what_is_too_long_is_refused_in_a_short_line(tmp_path, value, said):
     with one_line("own.toml: ", said) as caught:
         read(tmp_path, with_value(SIX, "rod.length", value))
@@ -116,11 +89,10 @@ def test_every_number_has_a_finite_range_and_every_name_a_list(name):
                     check_values(replace(part, **{key: (outside,) if many else outside}), table)
 
 
-@pytest.mark.parametrize(
-    "entry",
-    ["cylinders.piston_mass", "rod.big_end_mass", "rod.small_end_mass", "flywheel.mass", "pulley.mass", "damper.mass",
-     "block.head_mass", "rod.inertia"],
-)  # fmt: skip
+@pytest.mark.parametrize("entry", [
+    "cylinders.piston_mass", "rod.big_end_mass", "rod.small_end_mass", "flywheel.mass", "pulley.mass", "damper.mass",
+    "block.head_mass", "rod.inertia",
+])  # fmt: skip
 def test_grams_for_kilograms_are_doubted_and_the_shipped_engines_are_not(tmp_path, entry):
     table, key = entry.split(".")
     value = getattr(getattr(load_engine("diesel_i6"), table), key)
@@ -211,18 +183,6 @@ def test_mains_are_plain_or_rollers_and_plain_ones_are_asked_for_in_one_line():
     ):
         with one_line(said):
             call()
-
-
-def test_the_v8s_block_stands_upright_and_its_throws_are_cross_plane():
-    engine = load_engine("diesel_v8")
-    banks, throws = engine.cylinders.bank_angles, engine.crankshaft.throw_angles
-    assert banks[:4] == pytest.approx([-math.pi / 4] * 4) and banks[4:] == pytest.approx([math.pi / 4] * 4)
-    seen = [math.degrees(angle - throws[0]) % 360.0 for angle in throws]
-    assert seen == pytest.approx([0.0, 90.0, 270.0, 180.0])
-    # Throw 1 points along the bank of cylinder 1 at crank angle 0, to the +x side of the vertical.
-    x, y, _ = pin_centre(engine.crankshaft, 1)
-    assert (x, y) == pytest.approx((engine.crankshaft.throw / math.sqrt(2.0),) * 2)
-    assert 12e6 < GasTrace.from_engine(engine).peak < 14e6, "the peak pressure of such engines"
 
 
 def test_rods_of_a_pin_lie_side_by_side_between_its_fillets():

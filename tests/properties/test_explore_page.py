@@ -52,10 +52,9 @@ sys.exit(main(["explore", "single_petrol", "--no-balance"]))
 
 
 @pytest.mark.skipif(os.name == "nt", reason="signals of POSIX")
-@pytest.mark.parametrize(
-    ("number", "code", "said"),
-    [(signal.SIGINT, 0, "cranktrain: explore ended"), (signal.SIGTERM, 143, "cranktrain: interrupted; nothing was")],
-)
+@pytest.mark.parametrize(("number", "code", "said"), [
+    (signal.SIGINT, 0, "cranktrain: explore ended"), (signal.SIGTERM, 143, "cranktrain: interrupted; nothing was"),
+])  # fmt: skip
 def test_an_interrupt_is_the_usual_end_of_the_page_and_a_termination_is_not(number, code, said):
     with subprocess.Popen(
         [sys.executable, "-c", SERVED], stdout=subprocess.PIPE, stderr=subprocess.PIPE, text=True

@@ -22,8 +22,9 @@ READERS = {
     "engine-i6": load_engine, "engine-v8": load_engine, "scene": load_scene, "harness": load_harness,
     "pressure": lambda path: GasTrace.from_csv(path, load_engine("diesel_i6")), "chain": read_chain,
     "measured-orders": read_measured_orders, "valve-train": lambda path: module_of(path).read(path),
-    "targets": lambda path: load_targets(path, load_engine("diesel_i6")), "drive-line": read_drive_line,
-    "drive-line-csv": read_drive_line, "valve-trains": load_harness,
+    "combustion": lambda path: module_of(path).read(path), "drive-line": read_drive_line,
+    "targets": lambda path: load_targets(path, load_engine("diesel_i6")), "drive-line-csv": read_drive_line,
+    "valve-trains": load_harness,
 }  # fmt: skip
 TABLES = {"pressure", "measured-orders", "drive-line-csv"}
 """Kinds that are tables of columns, not TOML."""
