@@ -3,7 +3,6 @@
 import json
 import re
 import tomllib
-import warnings
 from pathlib import Path
 
 import pytest
@@ -134,14 +133,6 @@ def test_the_verb_prints_or_writes_the_schema(tmp_path, capsys):
     other = tmp_path / "other.toml"
     other.write_text("x = 1", "utf-8")
     assert main(["schema", "scene", "--output", str(other)]) == 2 and other.read_text("utf-8") == "x = 1"
-
-
-def test_a_file_that_names_its_schema_is_read(tmp_path):
-    path = tmp_path / "own.toml"
-    path.write_text("#:schema ./engine.schema.json\n" + SIX, "utf-8")
-    with warnings.catch_warnings():
-        warnings.simplefilter("error")
-        assert load_engine(path) == load_engine("diesel_i6")
 
 
 def test_a_schema_is_the_same_whatever_was_read_before():

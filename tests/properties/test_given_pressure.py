@@ -160,15 +160,6 @@ def test_units_and_ends():
         read_gas(run["shaft.torque"], engine)
 
 
-def test_an_assembly_takes_them_too():
-    engine = ct.load_engine("single_petrol")
-    made = ct.assemble(engine, ct.Settings(crank="torsional", bearings="held"), inherit=False)
-    _, fired = built_in(engine)
-    one = ct.simulate(made, speed_rpm=3000, cycles=2, load=1.0, pressure=fired)
-    two = ct.simulate(engine, speed_rpm=3000, pressure=fired, **TORSION)
-    np.testing.assert_array_equal(one["pulley.torsion"], two["pulley.torsion"])
-
-
 def test_a_function_of_a_notebook_cannot_go_to_another_process():
     gas = read_gas(lambda angle: 2e6, ct.load_engine("single_petrol"))
     with pytest.raises(InputError, match="cannot go to another process; take workers=1"):

@@ -4,7 +4,6 @@ The data are orders of a crank of beams on oil films, by runs in time. A torsion
 """
 
 import math
-from dataclasses import replace
 
 import numpy as np
 import pytest
@@ -15,12 +14,10 @@ from cranktrain.core.errors import InputError, SolverError
 from cranktrain.core.threads import one_thread
 from cranktrain.core.units import RPM
 from cranktrain.engine.file import load_engine
-from cranktrain_lab.identification.comparison import Comparison
 from cranktrain_lab.identification.confidence import confidence_of
 from cranktrain_lab.identification.data import Data
 from cranktrain_lab.identification.identify import prepared, read_measured_file
 from cranktrain_lab.identification.ladder import Ask, climb
-from cranktrain_lab.identification.mapping import imitated
 from cranktrain_lab.identification.model import TorsionalModel
 
 KEYS = ("crank.stiffness", "load")
@@ -174,20 +171,6 @@ def test_where_no_crank_above_answers_the_intervals_leave_its_step_out_and_say_s
         found = climb(model, comparison, Ask("linear", above="next"), said.append)
     assert [step.level for step in found.beyond] == ["harmonic-balance"]
     assert said[-1] == "no answer by beam in time, whose step the intervals leave out: does not settle"
-
-
-def test_a_model_imitates_itself_where_it_stands():
-    """A level above that answers as the fitted one does moves nothing."""
-    model = measured_model("four_petrol")
-    with one_thread():
-        own = model.answers(np.array(TRUE)).strands
-        comparison = Comparison(
-            model, Data(tuple(replace(s, values=v) for s, v in zip(model.data.strands, own, strict=True))), model.sought
-        )
-        inner = np.log(TRUE)
-        comparison.weigh(comparison.first_biases(own), own)
-        found = imitated(model, comparison, inner, own, 1)
-    assert found == pytest.approx(inner, abs=1e-6)
 
 
 @pytest.mark.parametrize(

@@ -18,7 +18,7 @@ from cranktrain.results.orders.harmonics import CYCLE
 from cranktrain.structure.assembly import assemble
 from cranktrain.studies.run_up.steady import Job, SteadyRuns
 from cranktrain_lab.identification.model import TorsionalModel
-from cranktrain_lab.identification.orbit_runs import HIGHEST, Series
+from cranktrain_lab.identification.orbit_runs import HIGHEST, OrbitModel, Series
 from cranktrain_lab.identification.orbits import read_orbits
 from cranktrain_lab.identification.tables import OrbitTable
 
@@ -169,21 +169,18 @@ def test_units_probes_cycles_and_columns_give_the_same_orbit(single, orbit, tmp_
     write_orbit(tmp_path, orbit, noise=0.0, unit="mm", factor=1e3)
     assert read(single, tmp_path).values == pytest.approx(own.values, abs=1e-13)
     write_orbit(tmp_path, orbit, noise=0.0, turn=math.radians(45.0))
-    assert read(single, tmp_path, probe_angle="45 deg").values == pytest.approx(own.values, abs=1e-13)
-    assert read(single, tmp_path, probe_angle=45.0).values == pytest.approx(own.values, abs=1e-13)
-    write_orbit(tmp_path, np.tile(orbit, 3), noise=0.0, angles=np.concatenate((ANGLES, ANGLES, ANGLES)))
-    assert read(single, tmp_path).values == pytest.approx(own.values, abs=1e-13)
+    for angle in ("45 deg", 45.0):
+        assert read(single, tmp_path, probe_angle=angle).values == pytest.approx(own.values, abs=1e-13)
+    write_orbit(tmp_path, np.tile(orbit, 3), noise=0.0, angles=np.tile(ANGLES, 3))
+    thrice = read(single, tmp_path, noise="0.6 um")
+    assert thrice.values == pytest.approx(own.values, abs=1e-13)
+    assert thrice.noise == pytest.approx(0.6e-6 / math.sqrt(6.0))  # stated of a sample; a point is the mean of six
     write_orbit(tmp_path, np.roll(orbit, -180), noise=0.0, angles=ANGLES + 0.5 * CYCLE)
     assert read(single, tmp_path).values == pytest.approx(own.values, abs=1e-13)
     path = tmp_path / "orbit.csv"
     path.write_text(path.read_text("utf-8").replace("x [um],y [um]", "probe A [um],probe B [um]"), "utf-8")
     columns = ["crank_angle", "probe A", "probe B"]
     assert read(single, tmp_path, columns=columns).values == pytest.approx(own.values, abs=1e-13)
-
-
-def test_stated_noise_is_that_of_a_sample_and_falls_with_the_cycles(single, orbit, tmp_path):
-    write_orbit(tmp_path, np.tile(orbit, 3), angles=np.concatenate((ANGLES, ANGLES, ANGLES)))
-    assert read(single, tmp_path, noise="0.6 um").noise == pytest.approx(0.6e-6 / math.sqrt(6.0))
 
 
 def test_an_orbit_may_lie_a_twentieth_beyond_the_engines_speeds(single, orbit, tmp_path):
@@ -243,29 +240,17 @@ def test_files_that_are_no_orbit_of_the_bearing_are_refused(
     refused(single, tmp_path, parameters + ORBIT, said)
 
 
-def test_a_level_without_films_is_refused_with_the_one_to_take(single, orbit, tmp_path):
+def test_levels_without_films_and_rollers_are_refused(single, orbit, tmp_path):
     write_orbit(tmp_path, orbit)
-    text = PARAMETERS + ORBIT
-    refused(
-        single,
-        tmp_path,
-        text,
-        "method 'linear' has no oil films; an orbit takes",
-        method="linear",
-        crank=None,
-    )
+    text, said = PARAMETERS + ORBIT, "method 'linear' has no oil films; an orbit takes"
+    refused(single, tmp_path, text, said, method="linear", crank=None)
     refused(single, tmp_path, text, "crank level 'torsional' are of level 'held'", crank=None)
-
-
-def test_rollers_have_no_orbit(orbit, tmp_path):
-    write_orbit(tmp_path, orbit)
-    text = PARAMETERS.replace("main_bearing", "big_end_bearing") + ORBIT
-    refused("diesel_v8", tmp_path, text, "main[2] of 'diesel_v8' runs on rollers, whose orbit no oil film determines")
+    text, said = text.replace("main_bearing", "big_end_bearing"), "runs on rollers, whose orbit no oil film determines"
+    refused("diesel_v8", tmp_path, text, f"main[2] of 'diesel_v8' {said}")
 
 
 def test_an_interrupt_before_the_first_orbit_is_answered_keeps_what_orders_gave(single, orbit, tmp_path, monkeypatch):
     """With no other data nothing was found; the command ends with the code of an interrupt and no report."""
-    from cranktrain_lab.identification.orbit_runs import OrbitModel
 
     def in_time(self, values):
         raise KeyboardInterrupt

@@ -132,32 +132,3 @@ source = "test"
     slope = one["targets"][0]["sensitivities"]["pulley.polar_inertia"]
     known = 1.0 / math.hypot(slope / 0.002, math.sqrt(12.0) / math.log(0.06 / 0.045))
     assert other["parameters"][0]["deviation_percent"] == pytest.approx(100.0 * known, rel=1e-6)
-
-
-@pytest.mark.slow
-def test_orders_and_mounts_of_one_file_are_fitted_together_and_held_out_speeds_lie_in_their_bands(tmp_path):
-    """A six on softer mounts with a lower load: orders know the load, the frequency on the mounts their stiffness."""
-    engine, path = load_engine("diesel_i6"), stated("diesel_i6", tmp_path)
-    stiffness = engine.mounts.stiffness_y
-    soft = replace(engine, mounts=replace(engine.mounts, stiffness_y=tuple(0.8 * one for one in stiffness)))
-    speeds = np.linspace(*np.array(engine.speeds) / RPM, 14)[1:-1]
-    data = places(speeds * RPM, (1.5, 3.0, 4.5, 6.0))
-    with one_thread():
-        bending = Bending(
-            engine, record(MeasuredTable, {}), [Scalar("mounts", MOUNTS, 1, 1.0, 0.01, False)], lambda stage: None
-        )
-        (vertical,) = bending.frequencies(soft)
-        values = model_of(load_engine(path), ("load",), Data(data)).balanced(np.array([0.92]))
-    write_orders(tmp_path / "orders.csv", data, values, largest(values, 0.005), 1)
-    held = [float(speeds[3]), float(speeds[7])]
-    found, report = identified(
-        path, tmp_path / "measured.toml",
-        'damper = false\n[parameters]\nload = { low = 0.7, high = 1.2 }\n"mounts.stiffness_y" = {}\n'
-        '[[orders]]\nfile = "orders.csv"\n[[frequencies]]\nof = "mounts"\n'
-        f"hz = {vertical:.5f}\n[hold_out]\nspeeds_rpm = {held}\n",
-    )  # fmt: skip
-    assert found["load"]["low"] <= 0.92 <= found["load"]["high"]
-    assert found["load"]["value"] == pytest.approx(0.92, rel=0.01)
-    assert found["mounts.stiffness_y"]["value"] == pytest.approx(0.8 * stiffness[0], rel=0.02)
-    assert abs(report["numbers"][0]["over_deviation"]) < 0.1 and not report["told_apart"]
-    assert len(report["held_out"]) == 8 and sum(row["inside"] for row in report["held_out"]) >= 7

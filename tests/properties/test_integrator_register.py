@@ -29,7 +29,6 @@ from cranktrain.dynamics.time.integrators import (
     settles_films,
 )
 from cranktrain.engine.file import load_engine
-from cranktrain.film.laws.register import LAWS
 from cranktrain.fmu.description import read_interface
 from cranktrain.loads.gas_pressure import GasTrace
 from cranktrain_lab.tradeoff.level_points import integrator_steps, level_case, numerical_entries
@@ -101,11 +100,6 @@ def test_a_toy_of_a_new_family_is_listed_wherever_integrators_are(toy, capsys):
     assert "toy: a method for play" in variables["solver.integrator"].description
 
 
-def test_a_method_without_error_estimate_keeps_its_step(toy, capsys):
-    assert main(["simulate", "diesel_i6", "--speed", "2000", "--integrator", "toy", "--tolerance", "1e-3"]) == 2
-    assert "integrator 'toy' has no error estimate" in capsys.readouterr().err
-
-
 @pytest.mark.parametrize(
     ("name", "line"),
     [
@@ -164,12 +158,6 @@ def test_the_interface_of_the_fmu_names_them():
     listed = tomllib.loads((Path(__file__).parents[2] / "modelDescription" / "interface.toml").read_text("utf-8"))
     [told] = [row["description"] for row in listed["variable"] if row["name"] == "solver.integrator"]
     assert f"{', '.join(LOST[:-1])} and {LOST[-1]} are refused" in told
-
-
-def test_usual_methods_are_those_that_settle():
-    assert all(settles_films(law.integrator) for law in LAWS.values() if law.cost == LAWS["ehd"].cost)
-    held = resolved(Settings(bearings="ehd", reconstruction="hold"), load_engine("diesel_i6"))
-    assert settles_films(held.integrator)
 
 
 def test_a_model_knows_which_methods_it_refuses():

@@ -287,14 +287,3 @@ sys.exit(main.main(["engines"]))
 """
     done = ran(tmp_path, script)
     assert done.returncode == 130 and len(done.stderr.splitlines()) == 1, done.stderr
-
-
-def test_python_m_is_the_script(tmp_path):
-    """python -m cranktrain, where scripts are not on the path."""
-    for arguments, code in ((["engines", "--json"], 0), (["modal"], 2), (["--version"], 0)):
-        found = []
-        for module in ("cranktrain", "cranktrain.cli.main"):
-            command = [sys.executable, "-m", module, *arguments]
-            found.append(subprocess.run(command, capture_output=True, text=True, cwd=tmp_path, check=False))
-        assert [one.returncode for one in found] == [code, code]
-        assert (found[0].stdout, found[0].stderr) == (found[1].stdout, found[1].stderr)

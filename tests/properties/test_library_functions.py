@@ -222,11 +222,6 @@ def test_a_new_engine_runs(tmp_path, monkeypatch):
         ct.new_engine("my_twin", layout="i22", bore_mm=80, stroke_mm=72)
 
 
-def test_engines_are_named_with_titles():
-    found = ct.engines()
-    assert found["single_petrol"] == ct.load_engine("single_petrol").title and "diesel_i6" in found
-
-
 def test_campbell_is_the_verb_s(capsys):
     found = ct.campbell("single_petrol", crank="beam", from_rpm=2000, to_rpm=8000)
     arguments = ["campbell", "single_petrol", "--crank", "beam", "--from", "2000", "--to", "8000", "--json"]

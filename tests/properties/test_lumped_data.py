@@ -9,11 +9,9 @@ import numpy as np
 import pytest
 from box_block import box_block
 from packed import NOT_OF_LUMPS, arrays, differences
-from scipy.linalg import eigh
 from some import some
 
 from cranktrain.core.errors import InputError
-from cranktrain.core.reduced_body import attach
 from cranktrain.dynamics.model.arrays import Parts, build_model
 from cranktrain.dynamics.model.choices import run_numbers
 from cranktrain.dynamics.model.lumped_data import lumped_numbers, lumped_values
@@ -140,34 +138,6 @@ def test_a_crank_that_was_cut_takes_other_masses_in_its_own_modes():
     assert crank < entry.modes(wanted, "crank").stop
     ours, theirs = (entry.own_frequencies(model)[6:crank] for model in (found, wanted))
     assert np.all(ours > theirs * (1.0 - 1e-9)) and np.all(ours[:10] < 1.001 * theirs[:10])
-
-
-def test_modes_are_those_of_the_matrices():
-    """ω² of (K, I + Bᵀ ΔZ B), against LAPACK."""
-    engine = engine_of("v12_petrol")
-    values = {"flywheel.polar_inertia": 1.5, "flywheel.diametral_inertia": 0.8}
-    found = model_of(engine, engine, "torsional", {"bearings": "held"}, values)
-    body = body_of(engine, engine, "torsional", {})
-    shape = body.shapes[body.index("flywheel"), 5]
-    mass = np.eye(body.n_modes) + (1.5 - engine.flywheel.polar_inertia) * np.outer(shape, shape)
-    squares = eigh(np.diag(body.omega**2), mass, eigvals_only=True)
-    assert entry.own_frequencies(found)[6 : body.n_modes] ** 2 == pytest.approx(squares[6:], rel=1e-9)
-
-
-def test_a_part_that_grows_is_a_part_more():
-    """Independent of the builder's order of parts: the heavier flywheel is the first one with another fixed to it."""
-    engine = engine_of("single_petrol")
-    wheel = engine.flywheel
-    values = {
-        "flywheel.mass": wheel.mass + 3.0, "flywheel.polar_inertia": wheel.polar_inertia + 0.02,
-        "flywheel.diametral_inertia": wheel.diametral_inertia + 0.011,
-    }  # fmt: skip
-    levels = {"bearings": "linear"}
-    found = model_of(engine, engine, "rigid", levels, values)
-    more = attach(body_of(engine, engine, "rigid", levels), "flywheel", 3.0, np.diag([0.011, 0.011, 0.02]),
-                  (0.0, 0.0, wheel.offset))  # fmt: skip
-    wanted = build_model(engine, more, Settings(crank="rigid", **levels), SPEED, GasTrace.from_engine(engine), Parts())
-    assert differences(found, wanted) == {}
 
 
 def test_preparing_again_leaves_nothing_behind():
