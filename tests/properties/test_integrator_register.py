@@ -5,7 +5,6 @@ Methods whose largest pressures of elastic films do not settle are refused where
 
 import json
 import sys
-import tomllib
 from pathlib import Path
 
 import entry
@@ -33,6 +32,7 @@ from cranktrain.fmu.description import read_interface
 from cranktrain.loads.gas_pressure import GasTrace
 from cranktrain_lab.tradeoff.level_points import integrator_steps, level_case, numerical_entries
 
+LOST = ["sdirk4", "esdirk5", "esdirk57"]
 INTERFACE = Path(__file__).parents[2] / "modelDescription"
 TOY = '''
 """The implicit Euler method once more, as a family of its own."""
@@ -96,8 +96,8 @@ def test_a_toy_of_a_new_family_is_listed_wherever_integrators_are(toy, capsys):
     with pytest.raises(SystemExit):
         main(["simulate", "--help"])
     assert "toy" in capsys.readouterr().out and ("toy", 3.0) in integrator_steps(quick=False)
-    variables = {variable.name: variable for variable in read_interface(INTERFACE).variables}
-    assert "toy: a method for play" in variables["solver.integrator"].description
+    [told] = [one.description for one in read_interface(INTERFACE).variables if one.name == "solver.integrator"]
+    assert "toy: a method for play" in told and f"{', '.join(LOST[:-1])} and {LOST[-1]} are refused" in told
 
 
 @pytest.mark.parametrize(
@@ -111,9 +111,8 @@ def test_a_toy_of_a_new_family_is_listed_wherever_integrators_are(toy, capsys):
     ],
 )
 def test_names_that_are_not_valid_are_refused(name, line):
-    with pytest.raises(InputError) as error:
+    with one_line(line):
         integrator_table(name)
-    assert line in str(error.value) and "\n" not in str(error.value)
 
 
 def test_a_state_of_another_integrator_is_refused():
@@ -128,9 +127,6 @@ def test_a_state_of_another_integrator_is_refused():
         second.state = first.state
 
 
-LOST = ["sdirk4", "esdirk5", "esdirk57"]
-
-
 def test_rule_follows_the_coefficients():
     """Methods with coefficients of the size of the step are kept, and those far above are not."""
     assert [name for name in INTEGRATORS if not settles_films(name)] == LOST
@@ -143,6 +139,7 @@ def test_rule_follows_the_coefficients():
 @pytest.mark.parametrize("name", ["diesel_i6", "four_petrol", "v12_petrol"])
 def test_elastic_films_refuse_them_in_one_line(name, levels):
     engine = load_engine(name)
+    assert settles_films(resolved(Settings(reconstruction="hold", **levels), engine).integrator)
     for method in LOST:
         chosen = resolved(Settings(integrator=method, **levels), engine)
         with one_line(match=f"do not converge with integrator '{method}'; use auto, or"):
@@ -152,12 +149,6 @@ def test_elastic_films_refuse_them_in_one_line(name, levels):
         assert keeps_peaks(method, others, engine) and not keeps_peaks(method, chosen, engine)
     for method in ("auto", "esdirk3", "esdirk4", "esdirk47"):
         check_levels(resolved(Settings(integrator=method, **levels), engine), engine)
-
-
-def test_the_interface_of_the_fmu_names_them():
-    listed = tomllib.loads((Path(__file__).parents[2] / "modelDescription" / "interface.toml").read_text("utf-8"))
-    [told] = [row["description"] for row in listed["variable"] if row["name"] == "solver.integrator"]
-    assert f"{', '.join(LOST[:-1])} and {LOST[-1]} are refused" in told
 
 
 def test_a_model_knows_which_methods_it_refuses():

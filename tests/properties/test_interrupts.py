@@ -111,7 +111,7 @@ def test_the_exit_code_is_that_of_the_signal(monkeypatch, capsys, number, ending
     assert capsys.readouterr().err.startswith(said) and signal.getsignal(signal.SIGINT) is before
 
 
-def test_files_that_were_written_before_are_named(monkeypatch, capsys, tmp_path):
+def test_files_that_were_written_before_are_named_and_memory_is_no_fault_of_the_program(monkeypatch, capsys, tmp_path):
     def run(options):
         with files.whole_file(tmp_path / "first.txt") as place:
             place.write_text("x")
@@ -121,11 +121,7 @@ def test_files_that_were_written_before_are_named(monkeypatch, capsys, tmp_path)
     monkeypatch.setattr(files, "WRITTEN", [])
     assert main(["engines"]) == 130
     assert "written before: " in (said := capsys.readouterr().err) and "first.txt" in said
-
-
-def test_memory_that_is_not_enough_is_no_fault_of_the_program(monkeypatch, capsys):
-    error = MemoryError("Unable to allocate 73. TiB")
-    monkeypatch.setattr(engines, "answer", raised(error), raising=False)
+    monkeypatch.setattr(engines, "answer", raised(MemoryError("Unable to allocate 73. TiB")), raising=False)
     assert main(["engines"]) == 2
     assert "the memory is not enough (Unable to allocate 73. TiB)" in capsys.readouterr().err
 
@@ -162,10 +158,9 @@ def test_a_run_up_that_is_interrupted_at_every_second_speed_is_the_whole_one(tmp
     calls.clear()
     often = run_up(replace(asked), speeds, path, means, {}).run_up
     assert np.array_equal(often.speeds, whole.speeds) and np.array_equal(often.cycles, whole.cycles)
-    for name, amplitudes in whole.amplitudes.items():
-        assert np.abs(often.amplitudes[name] - amplitudes).max() <= 1e-9 * np.abs(amplitudes).max()
-    for name, extremes in whole.extremes.items():
-        assert np.abs(often.extremes[name] - extremes).max() <= 1e-9 * max(np.abs(extremes).max(), 1e-12), name
+    for ours, theirs in ((often.amplitudes, whole.amplitudes), (often.extremes, whole.extremes)):
+        for name, values in theirs.items():
+            assert np.abs(ours[name] - values).max() <= 1e-9 * max(np.abs(values).max(), 1e-12), name
     assert not journal_place(path.with_name(f"{path.name}.starts")).exists()
 
 
