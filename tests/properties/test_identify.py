@@ -9,6 +9,7 @@ import numpy as np
 import pytest
 from identified import identified, model_of, places, stated, write_orders
 from one_line import one_line
+from refusals import refused_files
 
 import cranktrain as ct
 from cranktrain.cli.main import main
@@ -210,36 +211,6 @@ def test_a_file_of_targets_alone_is_a_calibration(monkeypatch, tmp_path):
     assert report["parameters"][0]["deviation_percent"] == pytest.approx(known, rel=0.01)
 
 
-BAD = [
-    ('"pulley.polar_inertia" = {}', "orders", {"file": "none.csv"}, "none.csv"),
-    ('"pulley.inertia" = {}', "orders", {}, r"has no key 'inertia'; did you mean 'polar_inertia'"),
-    ('"zero.flywheel" = {}', "orders", {}, r"parameters.'zero.flywheel': no set of orders is called 'flywheel'"),
-    ("load = { low = 1.2, high = 0.8 }", "orders", {}, r"parameters.'load': low 1.2 is not below high 0.8"),
-    ('load = { low = "2 kg" }', "orders", {}, r"parameters.'load'.low"),
-    ("load = {}", "orders", {"phases": False}, r"order 2 has no phase at 22 of 22 speeds; .*amplitudes_only = true"),
-    ("load = {}", "orders", {"speeds": SPEEDS * 2.0}, r"\d+ of 22 speeds, 3000 to 10000 rev/min, lie outside"),
-    ("load = {}", "orders", {"orders": "[3]"}, r"orders.csv has no order 3"),
-    ("load = {}", "orders", {"noise": '"2 kg"'}, r"\[\[orders\]\] 'pulley'.noise"),
-    ("load = {}", "orders", {"noise": '"1e300 deg"'}, r"\[\[orders\]\] 'pulley'.noise: .*no standard deviation"),
-    ("load = {}", "orders", {"noise": '"1e-300 deg"'}, r"\[\[orders\]\] 'pulley'.noise: .*no standard deviation"),
-    ("load = {}", "orders", {"factor": 6e201}, r"orders.csv: order 2 of pulley.torsion: its amplitude .*correct its"),
-    ("load = { low = 0.8, high = 1e308 }", "orders", {}, r"parameters.'load': 1e\+308 is no value of it"),
-    ("load = { low = -5 }", "orders", {}, r"parameters.'load': -5 is no value of it"),
-    ('"damper.viscosity" = {}', "orders", {}, r"has no table \[damper\]"),
-    ("load = {}", "orders", {"factor": 6e-19, "noise": '"1e-4 deg"'}, r"'pulley': order 2 is \S+e-\d\d \(SI\) or less"),
-    ("load = {}", "orders", {"factor": 6e-299}, r"order 2 is \S+e-3\d\d \(SI\) or less at all speeds; leave it out"),
-    ("load = {}", "orders", {"factor": 0.0}, r"order 2 is 0 at all speeds; leave it out"),
-    ("load = {}", "decay", {}, r"its damping ratio, 0.3, is 10 times that of the best fit; .*ratios\[1\]' as well"),
-    (f'"{FIRST}" = {{ low = 0.01, high = 0.05 }}', "decay alone", {}, r"0.3, is \d.* widen the bounds of '.*s\[1\]'"),
-    ("load = {}", "shape", {}, r"'mode 1': its shape has a MAC of 0.\d\d with mode 1 of the best fit"),
-    ("load = {}", "hold_out", {}, r"hold_out.speeds_rpm: 900 was not measured; the data go from 1500 to 5000"),
-    ("load = {}", "nothing", {}, r"has no data; add \[\[orders\]\]"),
-    ("load = {}", "frequencies", {}, r"900.0 Hz, is not the engine's: with load within their bounds it has \d+"),
-    ("load = {}", "both", {}, "derived: applies only to files with .targets. alone"),
-    ("", "orders", {}, "parameters: none is given"),
-    ('"crank.stifness" = {}', "orders", {}, r"is not a key of an engine file; did you mean 'crank\.stiffness'\?"),
-    ('"combustion.heat" = {}\nload = {}\n"mounts.stiffness" = {}', "orders", {}, "mounts"),
-]
 SETS = {
     "orders": "", "nothing": "", "decay alone": DECAY, "decay": DECAY, "frequencies": "[[frequencies]]\nhz = 900\n",
     "hold_out": "[hold_out]\nspeeds_rpm = [900]\n", "shape": "[[modes]]\nshape = { pulley = 1, flywheel = 5 }\n",
@@ -247,11 +218,12 @@ SETS = {
 }  # fmt: skip
 
 
-@pytest.mark.parametrize(("parameters", "sets", "changed", "message"), BAD)
+@pytest.mark.parametrize(("parameters", "sets", "changed", "message"), refused_files()["identify"]["calls"])
 def test_bad_input_is_one_line(four, truth, tmp_path, parameters, sets, changed, message):
     """What is changed of the set of orders: a text is that of a key, anything else belongs to the table."""
     keys = {key: value for key, value in changed.items() if isinstance(value, str)}
-    write(tmp_path, truth[3], **{key: value for key, value in changed.items() if key not in keys})
+    table = {key: SPEEDS * value if key == "speeds" else value for key, value in changed.items() if key not in keys}
+    write(tmp_path, truth[3], **table)
     orders = {"name": '"pulley"', "file": '"orders.csv"'} | {
         k: v if v[0] in '["' else f'"{v}"' for k, v in keys.items()
     }

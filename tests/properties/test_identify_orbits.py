@@ -7,6 +7,7 @@ import numpy as np
 import pytest
 from identified import identified, places, stated, write_orders
 from one_line import one_line
+from refusals import refused_files
 
 from cranktrain.cli.main import main
 from cranktrain.core.errors import InputError
@@ -44,11 +45,14 @@ def orbit(single):
 
 def wider(engine):
     """The engine with a wider clearance and oil of one temperature."""
-    bearing, oil = engine.main_bearing, engine.oil
-    return replace(
-        engine.without_additions, main_bearing=replace(bearing, clearance=WIDER * bearing.clearance),
-        oil=replace(oil, temperatures=len(oil.temperatures) * (WARM,)),
-    )  # fmt: skip
+    bearing = replace(engine.main_bearing, clearance=WIDER * engine.main_bearing.clearance)
+    oil = replace(engine.oil, temperatures=len(engine.oil.temperatures) * (WARM,))
+    return replace(engine.without_additions, main_bearing=bearing, oil=oil)
+
+
+def clearance_of(name):
+    """The true clearance, um."""
+    return 1e6 * WIDER * load_engine(name).main_bearing.clearance
 
 
 def orbit_of(engine, bearing, **levels):
@@ -61,25 +65,19 @@ def orbit_of(engine, bearing, **levels):
     return Series(mean, np.array([own.amplitudes[name] for name in names])).at(ANGLES)
 
 
-def write_orbit(
-    folder, orbit, noise=0.5, seed=1, unit="um", factor=1e6, place=9.0 - 5.0j, angles=ANGLES, turn=0.0, name="orbit.csv"
-):
+def write_orbit(folder, orbit, noise=0.5, seed=1, unit="um", factor=1e6, place=9.0 - 5.0j, angles=ANGLES, turn=0.0):
     """Table of an orbit with noise and an unknown place of the probes, um."""
-    rng = np.random.default_rng(seed)
-    own = factor * np.exp(-1j * turn) * (
-        orbit + 1e-6 * (noise * (rng.normal(size=orbit.size) + 1j * rng.normal(size=orbit.size)) + place)
-    )  # fmt: skip
+    real, imaginary = np.random.default_rng(seed).normal(size=(2, orbit.size))
+    own = factor * np.exp(-1j * turn) * (orbit + 1e-6 * (noise * (real + 1j * imaginary) + place))
     lines = [f"{math.degrees(a):.4f},{z.real:.9g},{z.imag:.9g}" for a, z in zip(angles, own, strict=True)]
-    path = folder / name
+    path = folder / "orbit.csv"
     path.write_text("\n".join([f"crank_angle [deg],x [{unit}],y [{unit}]", *lines]) + "\n", "utf-8")
     return path
 
 
 def in_time(engine, folder, text, **more):
     """Rows of the parameters by key, and the report, by runs in time of a beam crank."""
-    return identified(
-        engine, folder / "measured.toml", text, **{"method": "time", "crank": "beam", "profile": True, **more}
-    )
+    return identified(engine, folder / "measured.toml", text, method="time", crank="beam", profile=True, **more)
 
 
 def read(engine, folder, **more):
@@ -93,8 +91,7 @@ def test_an_orbit_knows_clearance_and_temperature_where_its_place_is_unknown(sin
     """Noise of 0.5 um on an orbit of some 20 um: both values within their intervals, and those narrow."""
     write_orbit(tmp_path, orbit, seed=seed)
     found, report = in_time(single, tmp_path, PARAMETERS + ORBIT)
-    clearance, warm = found["main_bearing.clearance"], found["oil.temperatures"]
-    own = 1e6 * WIDER * load_engine(single).main_bearing.clearance
+    clearance, warm, own = found["main_bearing.clearance"], found["oil.temperatures"], clearance_of(single)
     assert clearance["low"] <= own <= clearance["high"] and clearance["value"] == pytest.approx(own, rel=0.01)
     assert warm["low"] <= WARM - 273.15 <= warm["high"]
     # Noise alone would leave 1 K; better films would move it by some two.
@@ -111,8 +108,7 @@ def test_the_level_above_is_an_error_that_intervals_hold_and_the_report_names(si
     """Films by Reynolds' equation: residuals hardly show them, but one run of them says how far they would move."""
     write_orbit(tmp_path, orbit_of(wider(load_engine(single)), 2, bearings="reynolds"), noise=0.1)
     found, report = in_time(single, tmp_path, PARAMETERS + ORBIT)
-    clearance = found["main_bearing.clearance"]
-    own = 1e6 * WIDER * load_engine(single).main_bearing.clearance
+    clearance, own = found["main_bearing.clearance"], clearance_of(single)
     assert clearance["value"] == pytest.approx(own, rel=0.1)
     assert clearance["low"] <= own <= clearance["high"]
     away = 100.0 * math.log(own / clearance["value"])
@@ -125,8 +121,7 @@ def test_viscosity_and_clearance_of_one_orbit_beside_its_gain(single, orbit, tmp
     write_orbit(tmp_path, orbit, place=0.0, noise=0.2, factor=0.9e6)
     text = '[parameters]\n"main_bearing.clearance" = {}\n"oil.temperatures" = { low = "60 degC", high = "120 degC" }\n'
     found, _ = in_time(single, tmp_path, text + '"scale.orbit" = {}\n' + ORBIT + 'centre = "bore"\n')
-    own = 1e6 * WIDER * load_engine(single).main_bearing.clearance
-    true = {"scale.orbit": 0.9, "main_bearing.clearance": own, "oil.temperatures": WARM - 273.15}
+    true = {"scale.orbit": 0.9, "main_bearing.clearance": clearance_of(single), "oil.temperatures": WARM - 273.15}
     for key, value in true.items():
         assert found[key]["low"] <= value <= found[key]["high"], key
         assert found[key]["value"] == pytest.approx(value, rel=0.05), key
@@ -156,8 +151,7 @@ def test_orders_and_an_orbit_are_fitted_together(single, orbit, tmp_path, monkey
     assert solid["values"] == pytest.approx(films["values"], rel=1e-3)
     assert [step["level"] for step in report["levels"]] == ["linear", "harmonic-balance", "time"]
     assert found["load"]["value"] == pytest.approx(1.0, rel=0.01)
-    own = 1e6 * WIDER * load_engine(single).main_bearing.clearance
-    assert found["main_bearing.clearance"]["value"] == pytest.approx(own, rel=0.01)
+    assert found["main_bearing.clearance"]["value"] == pytest.approx(clearance_of(single), rel=0.01)
     assert len(report["orders"]) == 3 and len(report["orbits"]) == 1
 
 
@@ -192,27 +186,11 @@ def test_an_orbit_may_lie_a_twentieth_beyond_the_engines_speeds(single, orbit, t
             read(single, tmp_path, rpm=rpm)
 
 
-@pytest.mark.parametrize(
-    ("more", "said"),
-    [
-        ({"bearing": '"mian[2]"'}, "no main bearing is called 'mian[2]'; did you mean 'main[2]'?"),
-        ({"bearing": '"main[9]"'}, "no main bearing is called 'main[9]'"),
-        ({"rpm": "90000"}, "rpm"),
-        ({"rpm": "200"}, "200 rev/min lies outside the speeds of 'single_petrol', 1400 to 9000 rev/min"),
-        ({"rpm": None}, "rpm"),
-        ({"columns": '["x", "y"]'}, "columns names 2; name three, of angle, x and y"),
-        ({"columns": '["crank_angle", "x", "z"]'}, "no column 'z'"),
-        ({"noise": '"0.5 deg"'}, "noise"),
-        ({"noise": "-1.0"}, "is no standard deviation; write '0.5 um'"),
-        ({"probe_angle": '"45 um"'}, "probe_angle"),
-        ({"centre": '"middle"'}, "centre"),
-        ({"file": '"nowhere.csv"'}, "nowhere.csv"),
-    ],
-)
-def test_a_table_that_cannot_be_used_is_refused_in_one_line(single, orbit, tmp_path, more, said):
+@pytest.mark.parametrize(("key", "value", "said"), refused_files()["identify"]["orbits"])
+def test_a_table_that_cannot_be_used_is_refused_in_one_line(single, orbit, tmp_path, key, value, said):
     write_orbit(tmp_path, orbit)
-    keys = {"file": '"orbit.csv"', "bearing": '"main[2]"', "rpm": "2500"} | more
-    text = "".join(f"{key} = {value}\n" for key, value in keys.items() if value is not None)
+    keys = {"file": '"orbit.csv"', "bearing": '"main[2]"', "rpm": "2500", key: value}
+    text = "".join(f"{name} = {stated}\n" for name, stated in keys.items() if stated)
     refused(single, tmp_path, f"{PARAMETERS}[[orbit]]\n{text}", said)
 
 

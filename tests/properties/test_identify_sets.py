@@ -7,7 +7,6 @@ import numpy as np
 import pytest
 from identified import identified, model_of, places, stated, write_orders
 
-import cranktrain as ct
 from cranktrain.core.threads import one_thread
 from cranktrain.core.typed_file import record
 from cranktrain.core.units import RPM
@@ -66,21 +65,15 @@ def test_runs_in_time_correct_what_harmonic_balance_found(four, tmp_path):
 def test_targets_and_mounts_stand_beside_frequencies_of_twist(tmp_path):
     """A bending target and the lowest frequency on the mounts, of softer mounts and a heavier pulley, found again."""
     engine = load_engine("diesel_i6")
-    soft = replace(
-        engine, mounts=replace(engine.mounts, stiffness_y=tuple(0.7 * one for one in engine.mounts.stiffness_y)),
-        pulley=replace(
-            engine.pulley, polar_inertia=1.15 * engine.pulley.polar_inertia,
-            diametral_inertia=1.15 * engine.pulley.diametral_inertia,
-        ),
-    )  # fmt: skip
-    read = record(MeasuredTable, {
-        "block": "flexible",
-        "targets": {"bending": {"shape": "bending", "hz": 200.0, "tolerance": 0.01, "source": "test"}},
-    })  # fmt: skip
+    mounts, pulley = engine.mounts, engine.pulley
+    inertias = {key: 1.15 * getattr(pulley, key) for key in ("polar_inertia", "diametral_inertia")}
+    softer = replace(mounts, stiffness_y=tuple(0.7 * one for one in mounts.stiffness_y))
+    soft = replace(engine, mounts=softer, pulley=replace(pulley, **inertias))
+    target = {"shape": "bending", "hz": 200.0, "tolerance": 0.01, "source": "test"}
+    read = record(MeasuredTable, {"block": "flexible", "targets": {"bending": target}})
+    on_mounts = [Scalar("mounts", MOUNTS, 1, 1.0, 0.01, False)]
     with one_thread():
-        bending, vertical = Bending(
-            engine, read, [Scalar("mounts", MOUNTS, 1, 1.0, 0.01, False)], lambda stage: None
-        ).frequencies(soft)  # fmt: skip
+        bending, vertical = Bending(engine, read, on_mounts, lambda stage: None).frequencies(soft)
         # The crank of the engine itself: one that is made for another pulley is tuned to that.
         model = model_of(engine, ["pulley.polar_inertia"], Data(), inherit=False)
         first = Scalar("first", FREQUENCY, 1, 200.0, 0.01, False)
@@ -108,27 +101,3 @@ source = "test"
     kinds = {row["kind"]: row["over_deviation"] for row in report["numbers"]}
     assert set(kinds) == {FREQUENCY, TARGET, MOUNTS} and max(map(abs, kinds.values())) < 0.1
     assert not report["told_apart"]
-
-
-@pytest.mark.slow
-def test_identify_and_calibrate_find_the_same_values_of_the_same_file(tmp_path):
-    """One search and one file form: values, file and deviations are equal."""
-    text = """[targets.first_torsion]
-shape = "torsional"
-number = 1
-hz = 240
-tolerance = 0.002
-source = "test"
-[parameters]
-"pulley.polar_inertia" = { low = 0.045, high = 0.06, unit = "kg m^2" }
-"""
-    (tmp_path / "six.targets.toml").write_text(text, "utf-8")
-    one = ct.identify("diesel_i6", tmp_path / "six.targets.toml", output=tmp_path / "one.toml", evaluations=20000)
-    other = ct.identify("diesel_i6", tmp_path / "six.targets.toml", output=tmp_path / "other.toml")
-    assert not one["confirmed"] and one["targets"] == other["targets"]
-    assert [row["value"] for row in one["parameters"]] == [row["value"] for row in other["parameters"]]
-    assert (tmp_path / "one.toml").read_text("utf-8") == (tmp_path / "other.toml").read_text("utf-8")
-    # A tolerance of 0.2 % over the sensitivity of the frequency, within the uniform prior of the bounds.
-    slope = one["targets"][0]["sensitivities"]["pulley.polar_inertia"]
-    known = 1.0 / math.hypot(slope / 0.002, math.sqrt(12.0) / math.log(0.06 / 0.045))
-    assert other["parameters"][0]["deviation_percent"] == pytest.approx(100.0 * known, rel=1e-6)

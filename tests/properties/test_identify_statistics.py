@@ -40,14 +40,26 @@ def _one_thread():
 
 
 SPEEDS = np.linspace(60.0, 140.0, 41)
-TRUE = {"k": 1e4, "c": 6.0, "F": 30.0}
-NOISE = 2e-4
+VALUES = [1e4, 6.0, 30.0]
+"""True k, c and F."""
+LOGS, NOISE = np.log(VALUES), 2e-4
 
 
-def one_mass(values, speeds=SPEEDS):
-    """Order 1 of a mass of 1 kg on a spring and a dashpot under a force of constant amplitude."""
+def one_mass(values, speeds=SPEEDS, order=1.0, part=1.0):
+    """Order of a mass of 1 kg on a spring and a dashpot under a part of a force of constant amplitude."""
     k, c, force = values
-    return force / (k - speeds**2 + 1j * speeds * c)
+    return force * part / (k - (order * speeds) ** 2 + 1j * order * speeds * c)
+
+
+def slopes_of(speeds=SPEEDS, order=1.0, part=1.0):
+    """Derivatives (n, 3) of an order by ln k, ln c, ln F."""
+    (k, c, force), y = VALUES, one_mass(VALUES, speeds, order, part)
+    return np.stack((-(y**2) / (force * part) * k, -(y**2) / (force * part) * 1j * order * speeds * c, y), axis=1)
+
+
+def bound(slopes, noise=NOISE):
+    """Cramér and Rao's covariance (Re JᴴJ/σ²)⁻¹."""
+    return np.linalg.inv((slopes.conj().T @ slopes).real / noise**2)
 
 
 class Model:
@@ -87,32 +99,27 @@ def compared(values, parameters=THREE, model=None, **of_strand):
     return Comparison(model or Model(one_mass), Data((strand(values, **of_strand),)), parameters)
 
 
-def bound(speeds=SPEEDS, noise=NOISE):
-    """Cramér and Rao's covariance of ln k, ln c, ln F: (Re JᴴJ/σ²)⁻¹ with the derivatives of the amplitude."""
-    k, c, force = TRUE.values()
-    y = one_mass(TRUE.values(), speeds)
-    slopes = np.stack((-(y**2) / force * k, -(y**2) / force * 1j * speeds * c, y), axis=1)
-    return np.linalg.inv((slopes.conj().T @ slopes).real / noise**2)
+EXACT, BOUND = one_mass(VALUES), bound(slopes_of())
 
 
 def test_the_covariance_is_that_of_cramer_and_rao():
-    found = estimate(compared(one_mass(TRUE.values())))
-    assert np.exp(found.inner) == pytest.approx(list(TRUE.values()), rel=1e-5)
-    assert np.linalg.inv(found.information) == pytest.approx(bound(), rel=0.02, abs=1e-12)
+    found = estimate(compared(EXACT))
+    assert np.exp(found.inner) == pytest.approx(VALUES, rel=1e-5)
+    assert np.linalg.inv(found.information) == pytest.approx(BOUND, rel=0.02, abs=1e-12)
 
 
 def test_bounds_hide_local_minima_but_not_from_the_sequence():
     """From a start whose resonance is outside the peak, least squares alone end elsewhere."""
     far = sought(k=(7.2e3, 5e3, 2e4), c=(1.5, 1.0, 30.0), F=(80.0, 10.0, 90.0))
-    found = estimate(compared(one_mass(TRUE.values()), far), seed=3)
-    assert np.exp(found.inner) == pytest.approx(list(TRUE.values()), rel=1e-4)
+    found = estimate(compared(EXACT, far), seed=3)
+    assert np.exp(found.inner) == pytest.approx(VALUES, rel=1e-4)
 
 
 @pytest.mark.parametrize("prior", [None, 1e-5])
 def test_the_bootstrap_scatters_as_the_covariance(prior):
     """A prior on the stiffness worth three times the data: draws of the data alone would scatter half as much."""
     parameters = tuple(replace(one, prior=prior) if prior and one.key == "k" else one for one in THREE)
-    comparison = compared(noisy(np.random.default_rng(5), one_mass(TRUE.values())), parameters)
+    comparison = compared(noisy(np.random.default_rng(5), EXACT), parameters)
     found = estimate(comparison)
     assert not prior or comparison.prior[0, 0] > 3.0 * found.information[0, 0]
     drawn = bootstrap(comparison, found, 400, 1)
@@ -120,21 +127,8 @@ def test_the_bootstrap_scatters_as_the_covariance(prior):
     assert np.all((ratio > 0.6) & (ratio < 1.6))
 
 
-def bent(values, speeds=SPEEDS):
-    """The same mass with a force that changes by 6 % over the speed, which the model does not know."""
-    return one_mass(values, speeds) * (1.0 + 0.06 * np.sin((speeds - 60.0) / 12.0))
-
-
-ORDERS, PARTS = (1.0, 1.5, 2.0), (1.0, 0.5, 0.3)
-
-
-def three_orders(values, speeds):
-    """Three orders of the same mass; the force is common to them, as the load of an engine is."""
-    k, c, force = values
-    return tuple(
-        force * part / (k - (order * speeds) ** 2 + 1j * order * speeds * c)
-        for order, part in zip(ORDERS, PARTS, strict=True)
-    )
+PARTS = {1.0: 1.0, 1.5: 0.5, 2.0: 0.3}
+"""Parts of the force of three orders of the same mass; the force is common to them, as the load of an engine is."""
 
 
 @pytest.mark.parametrize("size", [0.28, 0.0])
@@ -143,13 +137,13 @@ def test_orders_that_fit_badly_by_slow_changes_over_the_speed_leave_the_force_in
 
     Each of three orders is wrong by 28 % on a wave of half to two times the measured speeds.
     """
-    speeds, own, inside, wide, draws = np.linspace(50.0, 110.0, 24), np.log(list(TRUE.values())), 0, [], 40
+    speeds, inside, wide, draws = np.linspace(50.0, 110.0, 24), 0, [], 40
     parameters = sought(k=(1.02e4, 7e3, 1.5e4), c=(5.0, 1.0, 30.0), F=(27.0, 3.0, 300.0))
-    model = Model(lambda values: three_orders(values, speeds))
+    model = Model(lambda values: tuple(one_mass(values, speeds, *one) for one in PARTS.items()))
     for draw in range(draws):
         rng = np.random.default_rng([draw, 77])
         strands = []
-        for order, true in zip(ORDERS, three_orders(TRUE.values(), speeds), strict=True):
+        for order, true in zip(PARTS, model.function(VALUES), strict=True):
             length, phase = rng.uniform(15.0, 40.0), rng.uniform(0.0, 7.0)
             wrong = 1.0 + size * math.sqrt(2.0) * np.sin((speeds - 50.0) / length + phase)
             values = noisy(rng, true * wrong, 1e-4)
@@ -157,20 +151,12 @@ def test_orders_that_fit_badly_by_slow_changes_over_the_speed_leave_the_force_in
         comparison = Comparison(model, Data(tuple(strands)), parameters)
         found = estimate(comparison, start=comparison.start)
         sure = confidence_of(comparison, found, np.zeros((0, 3)))
-        inside += abs(found.inner[2] - own[2]) <= sure.reach * sure.deviations[2]
+        inside += abs(found.inner[2] - LOGS[2]) <= sure.reach * sure.deviations[2]
         wide.append(sure.deviations)
     assert inside >= 0.85 * draws
     if not size:
-        slopes = np.concatenate([model_slopes(k, speeds) for k in range(3)])
-        least = np.sqrt(np.diag(np.linalg.inv((slopes.conj().T @ slopes).real / 1e-4**2)))
-        assert np.mean(wide, axis=0) == pytest.approx(least, rel=0.15)
-
-
-def model_slopes(which, speeds):
-    """Derivatives (n, 3) of one of the three orders by ln k, ln c, ln F."""
-    k, c, _ = TRUE.values()
-    y, force = three_orders(TRUE.values(), speeds)[which], TRUE["F"] * PARTS[which]
-    return np.stack((-(y**2) / force * k, -(y**2) / force * 1j * ORDERS[which] * speeds * c, y), axis=1)
+        slopes = np.concatenate([slopes_of(speeds, *one) for one in PARTS.items()])
+        assert np.mean(wide, axis=0) == pytest.approx(np.sqrt(np.diag(bound(slopes, 1e-4))), rel=0.15)
 
 
 def residue(rng, count, size, told, noise=math.nan):
@@ -214,13 +200,13 @@ def test_independent_values_count_one_by_one_and_equal_ones_once():
 
 def test_a_product_is_known_and_its_factors_are_not():
     two = (THREE[0], *sought(a=(3.0, 0.5, 20.0), b=(2.0, 0.5, 20.0)), THREE[2])
-    comparison = compared(one_mass(TRUE.values()), two, Model(lambda v: one_mass((v[0], v[1] * v[2], v[3]))))
+    comparison = compared(EXACT, two, Model(lambda v: one_mass((v[0], v[1] * v[2], v[3]))))
     found = estimate(comparison)
     (line,) = told_apart(found.information, comparison.known, [one.key for one in two])
     assert "a and b cannot be told apart" in line.replace("b and a", "a and b") and "any factor" in line
     assert "a^1 · b^1" in line.replace("b^1 · a^1", "a^1 · b^1")
     values = np.exp(found.inner)
-    assert values[1] * values[2] == pytest.approx(TRUE["c"], rel=1e-3)
+    assert values[1] * values[2] == pytest.approx(VALUES[1], rel=1e-3)
 
 
 def test_a_direction_counts_as_undetermined_where_its_information_is_rounding():
@@ -245,9 +231,8 @@ def test_sets_that_want_different_values_contradict_each_other_in_numbers():
     one, other, same = (noisy(rng, one_mass((k, 6.0, 30.0))) for k in (1e4, 1.05e4, 1e4))
 
     def told(strands, *numbers):
-        comparison = Comparison(
-            Model(one_mass, len(strands), scalars=len(numbers) * (hz,)), Data(strands, numbers), THREE
-        )
+        model = Model(one_mass, len(strands), scalars=len(numbers) * (hz,))
+        comparison = Comparison(model, Data(strands, numbers), THREE)
         return contradictions(comparison, estimate(comparison))
 
     def hz(values):
@@ -264,19 +249,20 @@ def test_sets_that_want_different_values_contradict_each_other_in_numbers():
 
 def test_the_higher_level_is_fitted_by_a_few_of_its_answers():
     """The linear level lacks the 6 % of the truth's force over the speed; the correction gives its values exactly."""
-    rng = np.random.default_rng(6)
+
+    def bent(values):
+        return one_mass(values) * (1.0 + 0.06 * np.sin((SPEEDS - 60.0) / 12.0))
+
     model = Model(one_mass, also=bent)
-    comparison = compared(noisy(rng, bent(TRUE.values())), model=model)
-    found = climb(model, comparison, Ask())
+    found = climb(model, compared(noisy(np.random.default_rng(6), bent(VALUES)), model=model), Ask())
     assert found.steps[-1].answers <= 5
-    away = np.abs(found.estimate.inner - np.log(list(TRUE.values())))
-    assert np.all(away < 3.0 * np.sqrt(np.diag(bound())))
+    assert np.all(np.abs(found.estimate.inner - LOGS) < 3.0 * np.sqrt(np.diag(BOUND)))
 
 
 def test_without_the_correction_the_next_level_widens_the_interval():
     """A level that is 5 % too low in force: its residuals are noise, and only the next level tells."""
     model = Model(one_mass, also=lambda v: 0.95 * one_mass(v))
-    comparison = compared(noisy(np.random.default_rng(9), 0.95 * one_mass(TRUE.values())), model=model)
+    comparison = compared(noisy(np.random.default_rng(9), 0.95 * EXACT), model=model)
     found = climb(model, comparison, Ask("linear"))
     sure = confidence_of(comparison, found.estimate, found.moves)
     assert found.moves[0, 2] == pytest.approx(0.05, rel=0.1)
@@ -284,9 +270,9 @@ def test_without_the_correction_the_next_level_widens_the_interval():
 
 
 def test_amplitudes_alone_serve_where_the_file_says_so():
-    values = np.abs(noisy(np.random.default_rng(3), one_mass(TRUE.values()))).astype(complex)
+    values = np.abs(noisy(np.random.default_rng(3), EXACT)).astype(complex)
     found = estimate(compared(values, phases=False))
-    assert np.exp(found.inner) == pytest.approx(list(TRUE.values()), rel=0.05)
+    assert np.exp(found.inner) == pytest.approx(VALUES, rel=0.05)
 
 
 def test_an_interrupted_search_keeps_the_best_so_far():
@@ -295,7 +281,7 @@ def test_an_interrupted_search_keeps_the_best_so_far():
             raise KeyboardInterrupt
         return one_mass(values)
 
-    model, own = Model(stops), [one_mass(TRUE.values())]
+    model, own = Model(stops), [EXACT]
     found, fresh = estimate(compared(*own, model=model)), compared(*own)
     fresh.weigh(fresh.first_biases(own), own)
     assert found.interrupted
@@ -332,61 +318,45 @@ def with_constant(values, wheel=True, **of_strand):
 
 def test_the_information_is_that_of_a_fit_that_seeks_the_constant_too():
     """Of the parameters (ln k, ln c, ln F, Re w, Im w) the first three: a block of the inverse, by own derivatives."""
-    comparison = with_constant(one_mass(TRUE.values()) + TEETH)
-    found = estimate(comparison)
-    k, c, force = TRUE.values()
-    y = one_mass(TRUE.values())
-    slopes = np.stack((-(y**2) / force * k, -(y**2) / force * 1j * SPEEDS * c, y, y**0, 1j * y**0), axis=1)
-    whole = np.linalg.inv((slopes.conj().T @ slopes).real / NOISE**2)
+    found = estimate(with_constant(EXACT + TEETH))
+    whole = bound(np.hstack((slopes_of(), np.tile([1.0, 1j], (SPEEDS.size, 1)))))
     assert np.linalg.inv(found.information) == pytest.approx(whole[:3, :3], rel=0.02, abs=1e-12)
-    assert np.all(np.diag(whole)[:3] > np.diag(bound()))
-    assert np.exp(found.inner) == pytest.approx(list(TRUE.values()), rel=1e-5)
+    assert np.all(np.diag(whole)[:3] > np.diag(BOUND))
+    assert np.exp(found.inner) == pytest.approx(VALUES, rel=1e-5)
     constant = found.pieces[0].constant
     assert constant.number == pytest.approx(TEETH, rel=1e-3)
     spread = constant.spread + constant.slopes @ np.linalg.inv(found.information) @ constant.slopes.T
     assert spread == pytest.approx(whole[3:, 3:], rel=0.02, abs=0.01 * whole[3, 3])
 
 
-def test_any_constant_leaves_the_estimate_where_it_is():
-    values = noisy(np.random.default_rng(3), one_mass(TRUE.values()))
-    one, other = (estimate(with_constant(values + w)) for w in (0.0, 30.0 * TEETH))
-    spread = np.sqrt(np.diag(np.linalg.inv(one.information)))
-    assert np.all(np.abs(one.inner - other.inner) < 0.01 * spread)  # the search ends within this
-    assert np.diag(one.information) == pytest.approx(np.diag(other.information), rel=0.03)
-
-
 def test_intervals_hold_the_true_values_beside_a_constant_and_errors_are_those_of_the_noise():
     """Eight draws of noise and of the constant's phase, three parameters each: 95 % of 24 are 23."""
     rng, inside, squares = np.random.default_rng(7), {True: 0, False: 0}, {True: 0.0, False: 0.0}
-    true = np.log(list(TRUE.values()))
     for _ in range(8):
-        values = noisy(rng, one_mass(TRUE.values())) + abs(TEETH) * np.exp(1j * rng.uniform(0.0, math.tau))
+        values = noisy(rng, EXACT) + abs(TEETH) * np.exp(1j * rng.uniform(0.0, math.tau))
         for wheel in inside:
             comparison = with_constant(values, wheel)
             found = estimate(comparison)
-            squares[wheel] += (found.inner - true) ** 2 / 8.0
+            squares[wheel] += (found.inner - LOGS) ** 2 / 8.0
             ends = profiles(comparison, found, confidence_of(comparison, found, np.zeros((1, 3))))
-            inside[wheel] += sum(low <= u <= high for (low, high), u in zip(ends, true, strict=True))
+            inside[wheel] += sum(low <= u <= high for (low, high), u in zip(ends, LOGS, strict=True))
     assert inside[True] >= 22
-    assert np.all(squares[True] < 6.0 * np.diag(bound()))  # a constant costs information
+    assert np.all(squares[True] < 6.0 * np.diag(BOUND))  # a constant costs information
     assert squares[False].sum() > 4.0 * squares[True].sum()
 
 
 def test_amplitudes_alone_lose_the_constant_to_first_order():
     """|y + w| ≈ |y| + Re(w exp(−i arg y)): with |w| a two hundredth of the least |y| its square is left."""
-    y = one_mass(TRUE.values())
-    small = 0.005 * float(np.abs(y).min()) * np.exp(0.7j)
-    away = {}
-    for wheel in (True, False):
-        comparison = with_constant(np.abs(y + small).astype(complex), wheel, phases=False, noise=0.01 * abs(small))
-        away[wheel] = np.abs(estimate(comparison).inner - np.log(list(TRUE.values()))).max()
-    assert away[True] < 0.3 * away[False]
+    small = 0.005 * float(np.abs(EXACT).min()) * np.exp(0.7j)
+    given = {"values": np.abs(EXACT + small).astype(complex), "phases": False, "noise": 0.01 * abs(small)}
+    away = [np.abs(estimate(with_constant(wheel=wheel, **given)).inner - LOGS).max() for wheel in (True, False)]
+    assert away[0] < 0.3 * away[1]
 
 
 def test_rows_of_the_report_name_the_constant_and_held_out_speeds_are_predicted_with_it():
     held = np.zeros(SPEEDS.size, dtype=bool)
     held[::4] = True
-    values = noisy(np.random.default_rng(5), one_mass(TRUE.values())) + TEETH
+    values = noisy(np.random.default_rng(5), EXACT) + TEETH
     comparison = with_constant(values, held=held)
     found = estimate(comparison)
     sure = confidence_of(comparison, found, np.zeros((1, 3)))

@@ -30,9 +30,8 @@ from cranktrain.studies.run_up.steady import Job, SteadyRuns
 
 pytestmark = pytest.mark.skipif(os.name == "nt", reason="signals of POSIX")
 LINE = "cranktrain: interrupted; nothing was written, and what earlier runs wrote is kept\n"
-WHILE_LOADING = """
-import os, signal, sys
-from cranktrain.cli.main import main
+SENDS = """
+import os, runpy, signal, sys
 
 class Sends:
     def find_spec(self, name, path=None, target=None):
@@ -41,11 +40,19 @@ class Sends:
             os.kill(os.getpid(), {number})
         return None
 
+class Late:
+    def __del__(self):
+        os.kill(os.getpid(), {number})
+
 signal.signal(signal.SIGINT, signal.default_int_handler)  # a background job is started with it ignored
 sys.meta_path.insert(0, Sends())
-sys.exit(main(["modal", "diesel_i6", "--json"]))
+if {module!r} == "late":
+    sys.modules["late"] = Late()  # removed when the interpreter is taken down
+sys.orig_argv = [sys.executable, "-m", "cranktrain"]
+sys.argv = ["cranktrain", {verb!r}, *{arguments}, "--json"]
+runpy.run_module("cranktrain", run_name="__main__", alter_sys=True)
 """
-
+"""The command, to which a signal is sent when it loads a module, or as its interpreter goes."""
 
 NUMBERS = pytest.mark.parametrize("number", [signal.SIGINT, signal.SIGTERM])
 
@@ -56,18 +63,22 @@ def ran(folder, script):
     return subprocess.run(command, capture_output=True, text=True, cwd=folder, timeout=300, check=False)
 
 
-def is_told(done, number):
-    assert (done.returncode, done.stderr) == (128 + number, LINE)
-    assert json.loads(done.stdout)["error"]["what"] == "interrupted"
+def as_command(folder, number, module, verb, *arguments):
+    return ran(folder, SENDS.format(module=module, number=int(number), verb=verb, arguments=arguments))
 
 
 @NUMBERS
 @pytest.mark.parametrize(
-    "module", ["rich.console", "numpy._core.multiarray", "numpy.linalg", "numpy.random.mtrand", "scipy.sparse.linalg"]
-)
-def test_while_libraries_are_loaded_it_is_one_line(tmp_path, module, number):
+    ("verb", "module"),
+    [*(("modal", name) for name in ("rich.console", "numpy._core.multiarray", "numpy.linalg", "numpy.random.mtrand",
+                                    "scipy.sparse.linalg")),
+     *(("engines", name) for name in ("cranktrain.cli.main", "argparse", "cranktrain.core.errors"))],
+)  # fmt: skip
+def test_while_libraries_and_the_command_are_loaded_it_is_one_line(tmp_path, verb, module, number):
     """The first second: some libraries make another error of it, or swallow it."""
-    is_told(ran(tmp_path, WHILE_LOADING.format(module=module, number=int(number))), number)
+    done = as_command(tmp_path, number, module, verb, *(["diesel_i6"] if verb == "modal" else []))
+    assert (done.returncode, done.stderr) == (128 + number, LINE)
+    assert json.loads(done.stdout)["error"]["what"] == "interrupted"
 
 
 def raised(error):
@@ -211,44 +222,10 @@ def test_an_interrupt_before_the_first_speed_says_what_an_older_file_keeps(tmp_p
     assert "run the command without --anew again" in capsys.readouterr().err
 
 
-OUTSIDE = """
-import os, runpy, signal, sys
-
-class Sends:
-    def find_spec(self, name, path=None, target=None):
-        if name == {module!r}:
-            os.kill(os.getpid(), {number})
-        return None
-
-class Late:
-    def __del__(self):
-        os.kill(os.getpid(), {number})
-
-signal.signal(signal.SIGINT, signal.default_int_handler)
-sys.meta_path.insert(0, Sends())
-if {late}:
-    sys.modules["late"] = Late()  # removed when the interpreter is taken down
-sys.orig_argv = [sys.executable, "-m", "cranktrain"]
-sys.argv = ["cranktrain", "engines", "--json"]
-runpy.run_module("cranktrain", run_name="__main__", alter_sys=True)
-"""
-
-
-def as_command(folder, number, module="", late=False):
-    """The command in a process, to which a signal is sent when it loads a module or as its interpreter goes."""
-    return ran(folder, OUTSIDE.format(module=module, number=int(number), late=late))
-
-
-@NUMBERS
-@pytest.mark.parametrize("module", ["cranktrain.cli.main", "argparse", "cranktrain.core.errors"])
-def test_before_the_verb_begins_it_is_one_line(tmp_path, number, module):
-    is_told(as_command(tmp_path, number, module), number)
-
-
 @NUMBERS
 def test_once_the_verb_has_ended_its_exit_code_stands(tmp_path, number):
     """Python gives signals back to the system while it takes its modules down."""
-    done = as_command(tmp_path, number, late=True)
+    done = as_command(tmp_path, number, "late", "engines")
     assert (done.returncode, done.stderr) == (0, "") and len(json.loads(done.stdout)["engines"]) > 5
 
 

@@ -116,14 +116,8 @@ def test_rigid_modes_of_every_level_are_exact(name, level):
     mass[:3, 3:] = mass[3:, :3].T
     mass[3:, 3:] = body.inertia
     np.testing.assert_allclose(coordinates.T @ mass @ coordinates, np.eye(6), atol=1e-9)
-
-
-@pytest.mark.parametrize("name", ENGINES)
-def test_rotation_about_the_axis_is_neutral_at_every_level(name):
-    for level in ("rigid", "beam"):
-        _, body = crank(name, level)
-        spin = body.stress_stiffness - body.centrifugal
-        assert np.abs(spin[5]).max() < 1e-8
+    # Rotation about the axis is neutral at every speed.
+    assert np.abs((body.stress_stiffness - body.centrifugal)[5]).max() < 1e-8
 
 
 @pytest.mark.parametrize("name", ENGINES)

@@ -153,21 +153,6 @@ def test_friction_dissipates_as_coulomb_s_does():
     assert damping[0, 0] == pytest.approx(4.0 * friction / (math.pi * 80.0 * amplitude), rel=1e-3)
 
 
-def test_friction_takes_from_a_resonance_what_its_damping_does():
-    rubbed = behind(Shaft(("flywheel", "driven"), 6e3, 2.0, friction=40.0, slip_speed=0.2))
-    structure, body = orders_of(rubbed), rigid_crank(rubbed)
-    speeds = SPEEDS[:1]
-    damping = float(structure.friction(speeds)[0, 0])
-    assert damping > 0.5
-    alike = behind(Shaft(("flywheel", "driven"), 6e3, 2.0 + damping))
-    ours, theirs = (
-        frequency_run_up(engine, body, RIGID, speeds, [3.0], "linear").amplitudes["shaft[flywheel to driven].torque"]
-        for engine in (rubbed, alike)
-    )
-    assert ours[0, 0] == pytest.approx(theirs[0, 0], rel=1e-2)
-    assert not linear_engine(rubbed).connections
-
-
 def test_a_speed_that_fails_is_lost_alone(monkeypatch):
     engine, body = behind(Shaft(("flywheel", "driven"), 2e4, 6.0)), rigid_crank(SIX)
     speeds = np.linspace(600.0, 1600.0, 6) * RPM
@@ -263,29 +248,39 @@ def test_the_burn_balances_the_load_at_each_speed(load, expected):
     assert found.extremes["shaft[flywheel to driven].torque"][:, 1] == pytest.approx(expected, rel=1e-3)
 
 
-def test_a_load_that_the_engine_cannot_carry_is_refused():
-    gas = GasTrace.from_engine(SIX)
-    heavy = replace(SIX, load=MeanLoad(kind="torque", speed=200.0, torque=1e5))
-    with pytest.raises(InputError, match=r"\[load\] asks for 1e\+05 N m at 954.9 rev/min, where the engine gives 0 to"):
-        balancing_load(heavy, gas, 100.0)
-    with pytest.raises(InputError, match=r"has no \[load\]; add that table"):
-        balancing_load(SIX, gas, 100.0)
+def with_damper(**values):
+    return replace(SIX, damper=Damper(kind="linear", ring_inertia=0.1, **values))
+
+
+def balanced(load):
+    return lambda: balancing_load(replace(SIX, load=load), GasTrace.from_engine(SIX), 100.0)
 
 
 POINTS = {"frequencies": (1.0,), "stiffnesses": (1.0,), "dampings": (1.0,)}
-LACKING = [
-    ({"load": MeanLoad(kind="power", speed=200.0)}, r"load\.power: is missing; a load of kind power needs it"),
-    ({}, r"damper\.damping: is missing; a linear damper needs damping or stiffness"),
-    ({"frequencies": (1.0, 2.0), "frequency": 1.0}, r"damper\.stiffnesses: 0 values for 2 frequencies"),
-    (POINTS, r"damper\.frequency: is missing"),
-]
+REFUSED = [
+    (lambda: check_engine(replace(SIX, load=MeanLoad(kind="power", speed=200.0))),
+     r"load\.power: is missing; a load of kind power needs it"),
+    (lambda: check_engine(with_damper()), r"damper\.damping: is missing; a linear damper needs damping or stiffness"),
+    (lambda: check_engine(with_damper(frequencies=(1.0, 2.0), frequency=1.0)), r"stiffnesses: 0 values for 2 freq"),
+    (lambda: check_engine(with_damper(**POINTS)), r"damper\.frequency: is missing"),
+    (balanced(MeanLoad(kind="torque", speed=200.0, torque=1e5)),
+     r"\[load\] asks for 1e\+05 N m at 954.9 rev/min, where the engine gives 0 to"),
+    (balanced(None), r"has no \[load\]; add that table"),
+    *((lambda values=values: element_values("shaft", values), said) for values, said in (
+        ({"stiffness": (1e4, 2e4, 3e4, 4e4), "torques": (1.0, 2.0)}, r"shaft: 2 torques for 4 stiffnesses"),
+        ({"stiffness": (1e4, 2e4), "torques": (2.0, 1.0)}, r"shaft: torques must increase"),
+        ({"twists": (0.0, 0.1), "torques": (0.0,)}, r"shaft: 1 torques for 2 twists"),
+        ({"twists": (0.1, 0.2), "torques": (1.0, 2.0)}, r"misses the point 0, 0; start it there"),
+        ({"stiffness": 1e4, "frequencies": (1.0,), "torques": (1.0,)}, r"has both torques and frequencies"),
+        ({"stiffness": 1e4, "damping": (1.0, 2.0)}, r"damping is a list without frequencies"),
+    )),
+]  # fmt: skip
 
 
-@pytest.mark.parametrize(("values", "says"), LACKING)
-def test_a_load_or_linear_damper_that_lacks_something_is_refused(values, says):
-    parts = values if "load" in values else {"damper": Damper(kind="linear", ring_inertia=0.1, **values)}
-    with pytest.raises(InputError, match=says):
-        check_engine(replace(SIX, **parts))
+@pytest.mark.parametrize(("made", "says"), REFUSED)
+def test_loads_dampers_and_elements_that_lack_or_contradict_something_are_refused(made, says):
+    with one_line(match=says):
+        made()
 
 
 def test_an_engine_with_all_of_it_survives_its_dictionary():
@@ -299,22 +294,6 @@ def test_an_engine_with_all_of_it_survives_its_dictionary():
     assert again.drive_line_chain.chain.shafts == engine.drive_line_chain.chain.shafts
     [coupling] = again.connections
     assert coupling.ends == ("crank.flywheel", "crank.line[driven]")
-
-
-@pytest.mark.parametrize(
-    ("values", "says"),
-    [
-        ({"stiffness": (1e4, 2e4, 3e4, 4e4), "torques": (1.0, 2.0)}, r"shaft: 2 torques for 4 stiffnesses"),
-        ({"stiffness": (1e4, 2e4), "torques": (2.0, 1.0)}, r"shaft: torques must increase"),
-        ({"twists": (0.0, 0.1), "torques": (0.0,)}, r"shaft: 1 torques for 2 twists"),
-        ({"twists": (0.1, 0.2), "torques": (1.0, 2.0)}, r"misses the point 0, 0; start it there"),
-        ({"stiffness": 1e4, "frequencies": (1.0,), "torques": (1.0,)}, r"has both torques and frequencies"),
-        ({"stiffness": 1e4, "damping": (1.0, 2.0)}, r"damping is a list without frequencies"),
-    ],
-)
-def test_elements_that_contradict_themselves_are_refused(values, says):
-    with one_line(match=says):
-        element_values("shaft", values)
 
 
 # In time the mean torque of the gas winds up each shaft; small oscillations about it are those of its tangent.
@@ -359,6 +338,7 @@ def test_friction_of_bow_springs_is_that_of_its_equivalent_damping():
     engine = behind(rubbing, Shaft(("driven", "dynamometer"), 2e4, 40.0), discs=(Disc("driven", 0.5),))
     found = last_cycle(engine)
     body = rigid_crank(engine)
+    assert not linear_engine(engine).connections
     steady = frequency_run_up(engine, body, RIGID, np.array([SPEED]), [3.0], "harmonic-balance")
     free = replace(engine, drive_line_chain=replace(engine.drive_line_chain, frictions=(0.0, 0.0)))
     without = frequency_run_up(free, body, RIGID, np.array([SPEED]), [3.0], "harmonic-balance")

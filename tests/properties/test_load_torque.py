@@ -7,10 +7,11 @@ import entry
 import numpy as np
 import pytest
 from bodies import rigid_crank
+from one_line import one_line
 from started import shown
 
 import cranktrain as ct
-from cranktrain.core.errors import InputError, SolverError
+from cranktrain.core.errors import SolverError
 from cranktrain.dynamics.cycle_run import communication_step
 from cranktrain.dynamics.load_torque import LoadFollower, LoadTorque, loaded_end
 from cranktrain.dynamics.simulation import Settings, Simulation, simulate
@@ -206,9 +207,9 @@ def test_a_load_as_number_array_and_function_is_one(name, rpm):
 
 WRONG_LOADS = [
     ([1.0], "give at least 2 values"),
-    ([1.0, math.nan], r"load_torque_nm: value \[1\] is nan"),
+    ([1.0, math.nan], r": value \[1\] is nan"),
     (np.ones((3, 3)), r"has the shape \(3, 3\)"),
-    ("heavy", "load_torque_nm is 'heavy', of type str"),
+    ("heavy", " is 'heavy', of type str"),
     (object(), "a object; give a number, an array over 720 deg or a function"),
     (lambda angle: "x", "the function returns 'x'; return one number, N m"),
     (lambda angle: 1 / 0, "the function raises ZeroDivisionError"),
@@ -219,6 +220,5 @@ WRONG_LOADS = [
 
 @pytest.mark.parametrize(("load", "said"), WRONG_LOADS)
 def test_wrong_loads_are_told_in_one_line(load, said):
-    with pytest.raises(InputError, match=said) as caught:
+    with one_line(match=f"^load_torque_nm.*{said}"):
         ct.simulate("single_petrol", speed_rpm=4000, load_torque_nm=load, cycles=1, **LIGHT)
-    assert "\n" not in str(caught.value) and str(caught.value).startswith("load_torque_nm")

@@ -67,18 +67,20 @@ def shaft_matrix(chain):
     return found
 
 
+def mean_rods(engine):
+    """Pin and mean inertia of each rod with its piston, kg m²."""
+    for pin, rod, throw in zip(engine.cylinders.pins, engine.rods, engine.throws, strict=True):
+        mass = rod.big_end_mass + 0.5 * (rod.small_end_mass + engine.cylinders.piston_mass)
+        yield f"pin[{pin}]", mass * throw**2
+
+
 def assembled(engine, chain, rods=None):
     """Complex stiffness and mass (n, n) of the chain with pulley, flywheel, mean rods, and the dynamometer's shaft."""
     inertia = {disc.name: disc.inertia for disc in chain.discs}
     for name, part in attached_parts(engine):
         inertia[name] += part.polar_inertia
-    for k, pin in enumerate(engine.cylinders.pins):
-        rod = engine.rods[k]
-        mass = rod.big_end_mass + 0.5 * (rod.small_end_mass + engine.cylinders.piston_mass)
-        inertia[f"pin[{pin}]"] += mass * engine.throws[k] ** 2 if rods is None else 0.0
-    if rods is not None:
-        for pin, own in zip(pins_of(engine), rods, strict=True):
-            inertia[pin] += own
+    for pin, own in mean_rods(engine) if rods is None else zip(pins_of(engine), rods, strict=True):
+        inertia[pin] += own
     stiffness = shaft_matrix(chain)
     held = chain.names.index("flywheel")
     stiffness[held, held] += engine.drive_line.stiffness
@@ -98,12 +100,9 @@ def in_time(engine, body):
     own = slice(5, None)
     damping, stiffness = (matrix[own, own] for matrix in entry.matrices(model))
     mass = np.eye(len(stiffness))
-    for k, pin in enumerate(engine.cylinders.pins):
-        rod = engine.rods[k]
-        turn = np.zeros(len(mass))
-        turn[: body.n_modes - 5] = body.shapes[body.index(f"pin[{pin}]"), 5, own]
-        share = rod.big_end_mass + 0.5 * (rod.small_end_mass + engine.cylinders.piston_mass)
-        mass += share * engine.throws[k] ** 2 * np.outer(turn, turn)
+    for pin, inertia in mean_rods(engine):
+        turn = np.pad(body.shapes[body.index(pin), 5, own], (0, len(mass) - body.n_modes + 5))
+        mass += inertia * np.outer(turn, turn)
     found = damped_modes(stiffness, damping, mass)
     return found.hz * 2.0 * math.pi, found.damping_ratios
 
@@ -169,18 +168,22 @@ def test_orders_and_shaft_torques_are_those_of_the_complex_stiffness(name):
     assert torques[:, 1 : len(orders), 1:] == pytest.approx(law * twists[:, 1:, 1:])
 
 
+def ratios_of(engine, body):
+    """Damping ratios of the assembled cranktrain's torsional modes."""
+    stiffness, mass = (matrix[5:, 5:] for matrix in cranktrain_matrices(engine, body))
+    return damped_modes(stiffness, np.diag(structural_damping(engine, body)[5:]), mass).damping_ratios
+
+
 @pytest.mark.parametrize("name", ENGINES)
 def test_stated_and_inherited_ratios_are_those_of_the_assembled_cranktrain(name):
     engine = engine_of(name)
     stated = replace(engine, damping=replace(engine.damping, torsional_ratios=(0.03, 0.02)))
     body = running_crank(engine, "torsional", chain_body(engine, chain_of(engine, 0.0)))
     hz = body.frequencies_hz[6:8]
-    count = hz.size
-    above = Decay(hz, np.array([0.03, 0.02])[:count], SPEED)
+    ratios = np.array([0.03, 0.02])[: hz.size]
+    above = Decay(hz, ratios, SPEED)
     for damped in (with_stated_damping(stated, body), with_damping(engine, body, "beam", above)):
-        stiffness, mass = (matrix[5:, 5:] for matrix in cranktrain_matrices(engine, damped))
-        found = damped_modes(stiffness, np.diag(structural_damping(engine, damped)[5:]), mass)
-        assert found.damping_ratios[:count] == pytest.approx([0.03, 0.02][:count], rel=0.02)
+        assert ratios_of(engine, damped)[: hz.size] == pytest.approx(ratios, rel=0.02)
 
 
 @pytest.mark.parametrize("name", ENGINES)
@@ -192,9 +195,7 @@ def test_a_body_with_damping_ratios_keeps_them_whatever_is_attached(name):
     whole = complete_crankshaft(engine, bare)
     assert whole.omega[6] < 0.9 * bare.omega[6]
     running = running_crank(engine, "torsional", bare)
-    stiffness, mass = (matrix[5:, 5:] for matrix in cranktrain_matrices(engine, running))
-    found = damped_modes(stiffness, np.diag(structural_damping(engine, running)[5:]), mass)
-    assert found.damping_ratios[:2] == pytest.approx([0.013, 0.013], rel=0.015)
+    assert ratios_of(engine, running)[:2] == pytest.approx([0.013, 0.013], rel=0.015)
 
 
 def test_joined_bodies_keep_their_damping_ratios():
@@ -280,13 +281,10 @@ def test_mains_that_no_pin_needs_may_be_left_out():
 )
 def test_a_table_whose_places_do_not_fit_is_refused(old, new, message):
     engine, chain = engine_of("diesel_i6"), chain_of(engine_of("diesel_i6"))
-
-    def renamed(name):
-        return new if name == old else name
-
+    names = {name: new if name == old else name for name in chain.names}
     wrong = Chain(
-        tuple(replace(disc, name=renamed(disc.name)) for disc in chain.discs),
-        tuple(replace(shaft, between=tuple(map(renamed, shaft.between))) for shaft in chain.shafts),
+        tuple(replace(disc, name=names[disc.name]) for disc in chain.discs),
+        tuple(replace(shaft, between=tuple(map(names.get, shaft.between))) for shaft in chain.shafts),
     )
     with pytest.raises(InputError, match=message):
         chain_body(engine, wrong)

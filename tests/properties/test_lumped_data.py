@@ -55,16 +55,13 @@ def engine_of(name):
 
 def changed(engine, values):
     """The engine with other values, a number of each mount by its name."""
-    tables = {}
     for name, value in values.items():
         table, key, number = re.fullmatch(r"(\w+)\.(\w+?)(?:\[(\d+)\])?", name).groups()
-        own = tables.setdefault(table, {})
-        if number is None:
-            own[key] = value
-        else:
-            own.setdefault(key, list(getattr(getattr(engine, table), key)))[int(number) - 1] = value
-    listed = {t: {k: tuple(v) if isinstance(v, list) else v for k, v in own.items()} for t, own in tables.items()}
-    return replace(engine, **{table: replace(getattr(engine, table), **own) for table, own in listed.items()})
+        part = getattr(engine, table)
+        if number is not None:
+            value = tuple(value if k == int(number) else one for k, one in enumerate(getattr(part, key), 1))
+        engine = replace(engine, **{table: replace(part, **{key: value})})
+    return engine
 
 
 def others(engine):
@@ -140,31 +137,25 @@ def test_a_crank_that_was_cut_takes_other_masses_in_its_own_modes():
     assert np.all(ours > theirs * (1.0 - 1e-9)) and np.all(ours[:10] < 1.001 * theirs[:10])
 
 
-def test_preparing_again_leaves_nothing_behind():
+HEAVY_RIM = {"flywheel.polar_inertia": 2.1 * engine_of("diesel_i6").flywheel.diametral_inertia}
+
+
+@pytest.mark.parametrize(
+    ("levels", "cases"),
+    [
+        ({"bearings": "impedance", **RICH, **FLEXIBLE}, ((others(engine_of("diesel_i6")), OK, False), ({}, OK, True))),
+        ({"bearings": "reynolds"}, (({"main_bearing.clearance": 50e-6}, CLEARANCE_FIXED, True),
+                                    (HEAVY_RIM, NO_RIGID_PART, True))),
+    ],
+)  # fmt: skip
+def test_preparing_again_leaves_nothing_behind_and_what_is_refused_changes_nothing(levels, cases):
     """To the bit: back to the engine's values, the model is that which was built."""
-    engine = engine_of("diesel_i6")
-    levels = {"bearings": "impedance", **RICH, **FLEXIBLE}
+    engine, settings = engine_of("diesel_i6"), Settings(crank="rigid", **levels)
     model = model_of(engine, engine, "rigid", levels)
     before = {name: array.copy() for name, array in arrays(model, NOT_OF_LUMPS)}
-    settings, films = Settings(crank="rigid", **levels), np.zeros(7)
-    for data in (others(engine), {}):
-        numbers = run_numbers(settings, engine, data)
-        assert prepare_model(model, numbers, films, SPEED) == OK
-        assert (data == {}) == all(np.array_equal(array, before[name]) for name, array in arrays(model, NOT_OF_LUMPS))
-
-
-def test_what_cannot_be_is_refused_and_changes_nothing():
-    engine = engine_of("diesel_i6")
-    levels = {"bearings": "reynolds"}
-    model = model_of(engine, engine, "rigid", levels)
-    before = {name: array.copy() for name, array in arrays(model, NOT_OF_LUMPS)}
-    for data, status in (
-        ({"main_bearing.clearance": 50e-6}, CLEARANCE_FIXED),
-        ({"flywheel.polar_inertia": 2.1 * engine.flywheel.diametral_inertia}, NO_RIGID_PART),
-    ):
-        numbers = run_numbers(Settings(crank="rigid", **levels), engine, data)
-        assert prepare_model(model, numbers, np.zeros(7), SPEED) == status
-        assert all(np.array_equal(array, before[name]) for name, array in arrays(model, NOT_OF_LUMPS))
+    for data, status, same in cases:
+        assert prepare_model(model, run_numbers(settings, engine, data), np.zeros(7), SPEED) == status
+        assert same == all(np.array_equal(array, before[name]) for name, array in arrays(model, NOT_OF_LUMPS))
 
 
 def test_names_and_ranges_are_those_of_the_engine_file():

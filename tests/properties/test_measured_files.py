@@ -1,8 +1,7 @@
-"""Measurement files of every format, made by the formats' own libraries: read to the last digit, odd ones told in a
-line.
-"""
+"""Measurement files of every format, made by the formats' own libraries: read to the last digit, or told in a line."""
 
 import json
+import sys
 
 import numpy as np
 import pytest
@@ -153,14 +152,9 @@ def test_long_channels_are_read_as_short_ones(kind, odd, tmp_path, monkeypatch):
     assert (long.rate == pytest.approx(short.rate, rel=1e-9)) or odd
 
 
-def test_channels_are_chosen(tmp_path):
-    path = write(tmp_path, "mf4", TIME, COLUMNS, UNITS)
-    assert ct.read_measured(path, channels=["PCYL1"]).names == ("pcyl1",)
-
-
-def test_equal_names_of_two_files_are_told_apart(tmp_path):
-    first = write(tmp_path, "h5", TIME, COLUMNS, UNITS, name="first")
-    second = write(tmp_path, "h5", TIME, COLUMNS, UNITS, name="second")
+def test_channels_are_chosen_and_equal_names_of_two_files_are_told_apart(tmp_path):
+    first, second = (write(tmp_path, "h5", TIME, COLUMNS, UNITS, name=name) for name in ("first", "second"))
+    assert ct.read_measured(first, channels=["PCYL1"]).names == ("pcyl1",)
     names = ct.read_measured(first, second).names
     assert names == ("pcyl1 (first)", "tacho (first)", "pcyl1 (second)", "tacho (second)")
 
@@ -184,8 +178,6 @@ def test_orders_of_a_uff_file_are_curves_over_speed(tmp_path):
 
 
 def test_a_missing_package_is_named_with_its_extra(tmp_path, monkeypatch):
-    import sys
-
     path = write(tmp_path, "tdms", TIME, COLUMNS, UNITS)
     monkeypatch.setitem(sys.modules, "nptdms", None)
     with pytest.raises(ct.InputError, match=r"TDMS files need nptdms: pip install cranktrain\[measured\]"):
