@@ -1,6 +1,7 @@
 """Combinations of levels that make no sense are refused in one line that says why, before any long work."""
 
 import math
+from contextlib import nullcontext
 from dataclasses import replace
 from itertools import product
 
@@ -8,6 +9,7 @@ import numpy as np
 import pytest
 from bodies import rigid_crank, six
 from one_line import one_line
+from some import some
 
 from cranktrain.core.errors import InputError
 from cranktrain.dynamics.model.settings import BOUNDARIES, Settings, check_levels, resolved
@@ -79,20 +81,14 @@ def test_rollers_run_in_a_flexible_block_where_nothing_else_is_chosen(engine, ch
 
 
 def test_every_other_combination_of_the_six_is_taken():
-    refused, mains = 0, set(bearing_levels(*MAINS)) - {"held"}
+    mains = set(bearing_levels(*MAINS)) - {"held"}
     names = ("crank", "bearings", "big_ends", "block", "pistons", "damper", "boundary")
     levels = ("rigid", "solid"), mains, bearing_levels(BIG_END), BLOCKS, ("auto", *PISTONS), DAMPERS, BOUNDARIES
-    for combination in product(*levels):
+    for combination in some(product(*levels)):
         chosen = resolved(Settings(**dict(zip(names, combination, strict=True))), SIX)
         senseless = chosen.bearings == "roller" or (chosen.block == "flexible" and chosen.pistons == "rigid")
-        try:
+        with pytest.raises(InputError) if senseless else nullcontext():
             check_levels(chosen, SIX)
-        except InputError:
-            assert senseless, chosen
-            refused += 1
-        else:
-            assert not senseless, chosen
-    assert refused > 0
 
 
 IGNORED = [

@@ -160,8 +160,7 @@ def test_preparing_again_leaves_nothing_behind_and_what_is_refused_changes_nothi
 
 def test_names_and_ranges_are_those_of_the_engine_file():
     engine = engine_of("diesel_i6")
-    for one in lumped_values(engine):
-        assert one.low <= one.value <= one.high
+    assert all(one.low <= one.value <= one.high for one in lumped_values(engine))
     with pytest.raises(InputError, match=r"no value 'flywheel.mas' to change; did you mean 'flywheel.mass'"):
         lumped_numbers(engine, {"flywheel.mas": 1.0})
     with pytest.raises(InputError, match=r"'flywheel.mass' is -1; it must be a finite number, between 1e-06 and"):

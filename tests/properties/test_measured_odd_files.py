@@ -9,7 +9,7 @@ import cranktrain as ct
 
 TIME = np.arange(600) / 2000.0
 PULSES, PRESSURE = np.sin(360.0 * np.pi * TIME), 1.0 + 0.5 * np.cos(7.0 * TIME)
-UNITS = {"tacho": "V", "pcyl1": "bar"}
+UNITS = {"tacho": "V", "pcyl1": "furlong"}
 RNG = np.random.default_rng(0)
 
 
@@ -18,19 +18,12 @@ def with_pressure(values, **more):
     return {"tacho": PULSES, "pcyl1": values, **more}
 
 
-def changed(values, place, by):
-    """Copy (n,) of values with another one at a place."""
-    copy = np.asarray(values, dtype=float).copy()
-    copy[place] = by
-    return copy
-
-
-ENDLESS = changed(PRESSURE, 5, np.inf)
+ENDLESS, LOST = np.where(np.arange(600) == 5, np.inf, PRESSURE), np.where(np.arange(600) == 300, np.nan, TIME)
 COUNTER = np.arange(600, dtype=np.int64) + 2**60 + 1
 BLOCKS = np.concatenate([TIME[k : k + 20] + 0.01 * k for k in range(0, 600, 20)])
 # Name → times, columns, words of the remark, formats that cannot have it
 ODD = {
-    "a time that is no number": (changed(TIME, 300, np.nan), with_pressure(PRESSURE), "not numbers; their", "wav"),
+    "a time that is no number": (LOST, with_pressure(PRESSURE), "not numbers; their", "wav"),
     "times that repeat": (np.repeat(TIME[:300], 2), with_pressure(PRESSURE), "that of the sample before", "wav"),
     "a time that stands still": (np.zeros(600), with_pressure(PRESSURE), "stands still|a step of 0", "wav"),
     "times from last to first": (TIME[::-1].copy(), with_pressure(PRESSURE), "backwards|a step of -", "wav"),
@@ -45,6 +38,12 @@ ODD = {
     "a shorter channel": (TIME, with_pressure(PRESSURE, slow=PRESSURE[:100]), "", "wav"),
     "complex values": (TIME, with_pressure(PRESSURE, z=PULSES + 1j * PRESSURE), "left out", "uff uffb wav parquet"),
     "a name of other letters": (TIME, with_pressure(PRESSURE, **{"Kühlmittel µ": PRESSURE}), "", "uff uffb"),
+    "a gap": (np.concatenate((TIME[:300], TIME[300:] + 0.25)), with_pressure(PRESSURE), "gap", "wav"),
+    "times out of order": (np.roll(TIME, 300), with_pressure(PRESSURE), "backwards", "wav"),
+    "missing values": (TIME, with_pressure(LOST), "", "uff uffb"),
+    "an empty channel": (TIME, with_pressure(PRESSURE, empty=np.zeros(0)), "empty", "uff uffb wav"),
+    "a channel of text": (TIME, with_pressure(PRESSURE, state=np.array(600 * ["on"])), "left out", "uff uffb wav"),
+    "a channel of constants": (TIME, with_pressure(PRESSURE, off=np.zeros(600)), "", ""),
     "two samples": (TIME[:2], {"tacho": PULSES[:2], "pcyl1": PRESSURE[:2]}, "", ""),
 }
 
