@@ -122,13 +122,11 @@ def test_safety_scales_and_does_not_ask_for_axes(judge):
     assert judge(replace(one, tensor=tensor), STEEL).safety_factor == pytest.approx(plain, rel=5e-3)
 
 
-def test_governing_history_is_the_stress_of_a_bar():
+def test_governing_history_is_the_stress_of_a_bar_and_least_circles_are_those_of_known_paths():
     values = 1e8 * np.random.default_rng(5).standard_normal(TURN.size)
     assert governing_history(history(values).tensor) == pytest.approx(values)
     assert np.ptp(governing_history(history(0.0, values).tensor)) == pytest.approx(math.sqrt(3.0) * np.ptp(values))
 
-
-def test_least_circle_of_known_paths():
     ellipse = np.stack([3.0 * np.cos(TURN), 1.0 * np.sin(TURN)], axis=1) + 7.0
     assert least_circle(ellipse) == pytest.approx(3.0, rel=1e-9)
     corners = np.array([[0.0, 0.0], [4.0, 0.0], [2.0, 2.0 * math.sqrt(3.0)]])

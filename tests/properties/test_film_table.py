@@ -134,7 +134,8 @@ def any_state(rng, lowest=0.05, highest=0.95, tilt=0.8):
 
 def off_family(rng, tilt=0.8, highest=0.9, spread=1.0):
     """Random state with a tilt rate about as large as the velocity, and that rate over the velocity."""
-    state = any_state(rng, highest=highest, tilt=tilt)
+    gamma = rng.uniform(-math.pi, math.pi)
+    state = family(rng.uniform(0.05, highest), rng.uniform(-3, 3), *rng.uniform(-tilt, tilt, 2), gamma)
     rate, angle = math.exp(rng.normal(0.0, spread)), rng.uniform(-math.pi, math.pi)
     state[6:] += rate * np.array([math.cos(angle), math.sin(angle)])
     return state, rate

@@ -49,8 +49,7 @@ print(json.dumps(found))
 """
 
 
-LONG = "9" * 5000
-"""Digits beyond what ``int`` takes of a text."""
+LONG = "9" * 5000  # digits beyond what ``int`` takes of a text
 
 
 @pytest.mark.parametrize("number", [LONG, "²", "１２x", f"-{LONG}"], ids=["long", "superscript", "wide", "negative"])

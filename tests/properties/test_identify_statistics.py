@@ -102,17 +102,15 @@ def compared(values, parameters=THREE, model=None, **of_strand):
 EXACT, BOUND = one_mass(VALUES), bound(slopes_of())
 
 
-def test_the_covariance_is_that_of_cramer_and_rao():
+def test_values_are_found_with_the_covariance_of_cramer_and_rao():
+    """Also by amplitudes, and from a start beyond the peak, where least squares alone end elsewhere."""
     found = estimate(compared(EXACT))
     assert np.exp(found.inner) == pytest.approx(VALUES, rel=1e-5)
     assert np.linalg.inv(found.information) == pytest.approx(BOUND, rel=0.02, abs=1e-12)
-
-
-def test_bounds_hide_local_minima_but_not_from_the_sequence():
-    """From a start whose resonance is outside the peak, least squares alone end elsewhere."""
     far = sought(k=(7.2e3, 5e3, 2e4), c=(1.5, 1.0, 30.0), F=(80.0, 10.0, 90.0))
-    found = estimate(compared(EXACT, far), seed=3)
-    assert np.exp(found.inner) == pytest.approx(VALUES, rel=1e-4)
+    assert np.exp(estimate(compared(EXACT, far), seed=3).inner) == pytest.approx(VALUES, rel=1e-4)
+    values = np.abs(noisy(np.random.default_rng(3), EXACT)).astype(complex)
+    assert np.exp(estimate(compared(values, phases=False)).inner) == pytest.approx(VALUES, rel=0.05)
 
 
 @pytest.mark.parametrize("prior", [None, 1e-5])
@@ -267,12 +265,6 @@ def test_without_the_correction_the_next_level_widens_the_interval():
     sure = confidence_of(comparison, found.estimate, found.moves)
     assert found.moves[0, 2] == pytest.approx(0.05, rel=0.1)
     assert abs(found.estimate.inner[2] - math.log(30.0)) < sure.reach * sure.deviations[2]
-
-
-def test_amplitudes_alone_serve_where_the_file_says_so():
-    values = np.abs(noisy(np.random.default_rng(3), EXACT)).astype(complex)
-    found = estimate(compared(values, phases=False))
-    assert np.exp(found.inner) == pytest.approx(VALUES, rel=0.05)
 
 
 def test_an_interrupted_search_keeps_the_best_so_far():

@@ -24,6 +24,9 @@ SIX = replace(SIX, reduction=replace(SIX.reduction, torsional_source="ker-wilson
 
 
 def test_the_cranktrain_decays_as_the_level_above_and_a_body_keeps_its_own_damping():
+    """They are taken at the resonance of the highest firing order."""
+    assert resonance_speed(SIX, 238.0) * 30.0 / math.pi == pytest.approx(238.0 * 60.0 / 6.0)
+    assert CRANKS["torsional"].inherits == "beam"
     body = crank_body(SIX, "torsional")
     ratios = np.array([0.08, 0.05])
     damping = equivalent_damping(SIX, body, ratios)
@@ -50,11 +53,6 @@ def test_a_crank_that_bends_names_the_second_torsional_mode_of_one_that_does_not
     # Films' springs and bending raise the V8's first mode by 8.1 %; the nearest twist has the number of the name.
     assert [int(np.argmin(np.abs(np.log(hz / twists)))) for hz in beam] == [0, 1]
     assert beam[1] == pytest.approx(twists[1], rel=0.08)
-
-
-def test_resonance_is_at_the_highest_firing_order_s_speed_within_the_oil_s_table():
-    assert resonance_speed(SIX, 238.0) * 30.0 / math.pi == pytest.approx(238.0 * 60.0 / 6.0)
-    assert CRANKS["torsional"].inherits == "beam"
 
 
 @pytest.mark.slow

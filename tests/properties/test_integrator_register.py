@@ -10,6 +10,7 @@ import entry
 import pytest
 from bodies import rigid_crank
 from one_line import one_line
+from refusals import refused_files
 
 from cranktrain.cli.main import main
 from cranktrain.core.errors import InputError
@@ -37,16 +38,7 @@ def test_a_new_method_is_listed_wherever_integrators_are(monkeypatch, capsys):
     assert "toy: a method for play" in told and f"{', '.join(LOST[:-1])} and {LOST[-1]} are refused" in told
 
 
-@pytest.mark.parametrize(
-    ("name", "line"),
-    [
-        ("esdirk", "integrator 'esdirk' does not exist; did you mean 'esdirk"),
-        ("bdf2:1", "integrator 'bdf2:1' does not exist"),
-        ("hht:x", "integrator 'hht:x': alpha must be a number, e.g. hht:-0.1"),
-        ("hht:-0.5", "hht needs -0.3333 <= alpha <= 0, got -0.5; -0.1 is a good start"),
-        ("generalised-alpha:1.5", "generalised-alpha needs 0 <= rho <= 1, got 1.5; 0.6 is a good start"),
-    ],
-)
+@pytest.mark.parametrize(("name", "line"), refused_files()["levels"]["integrators"])
 def test_names_that_are_not_valid_are_refused(name, line):
     with one_line(line):
         integrator_table(name)
@@ -88,17 +80,12 @@ def test_elastic_films_refuse_them_in_one_line(name, levels):
         check_levels(resolved(Settings(integrator=method, **levels), engine), engine)
 
 
-def test_a_model_knows_which_methods_it_refuses():
+@pytest.mark.parametrize(("level", "lost"), [("ehd", LOST), ("table", []), ("impedance", [])])
+def test_models_mark_which_methods_they_refuse_and_trade_off_leaves_them_out(level, lost):
     """The FMU chooses its integrator by number: models with elastic films mark the methods, others mark none."""
     engine = load_engine("diesel_i6")
-    gas = GasTrace.from_engine(engine)
-    for level, marked in (("ehd", LOST), ("table", [])):
-        assert entry.losing_peaks(engine, resolved(Settings(bearings=level), engine), gas) == marked
-
-
-def test_trade_off_leaves_refused_methods_out():
-    engine = load_engine("diesel_i6")
-    for level, missing in (("ehd", set(LOST)), ("impedance", set())):
-        case = level_case(engine, 200.0, Settings(bearings=level))
-        named = {str(one.case.settings.integrator).partition(":")[0] for one in numerical_entries(case, quick=False)}
-        assert set(INTEGRATORS) - named == missing
+    gas, settings = GasTrace.from_engine(engine), Settings(bearings=level)
+    assert entry.losing_peaks(engine, resolved(settings, engine), gas) == lost
+    entries = numerical_entries(level_case(engine, 200.0, settings), quick=False)
+    named = {str(one.case.settings.integrator).partition(":")[0] for one in entries}
+    assert set(INTEGRATORS) - named == set(lost)

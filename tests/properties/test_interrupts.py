@@ -193,16 +193,13 @@ def test_a_speed_that_is_interrupted_is_not_begun_anew_nor_kept_as_finished(monk
 
 
 def test_the_motions_of_finished_speeds_come_back_as_they_were(tmp_path):
+    """What else a start has is in the run-up above, which goes on from it."""
     start = SteadyRuns(job("torsional", "held")).at(1500.0 * RPM).start
     for one in (start, start._replace(temperatures=np.array([350.0]), learned=None)):
         keep_start(tmp_path / "up.h5", "tie", one)
     first, second = kept_starts(tmp_path / "up.h5", "tie")
-    assert np.array_equal(first.motion.place, start.motion.place) and first.motion.lead == start.motion.lead
+    assert np.array_equal(first.motion.place, start.motion.place) and first.temperatures is None
     assert (first.speed, first.shaft_angle, first.periodic) == (start.speed, start.shaft_angle, start.periodic)
-    assert np.array_equal(first.films, start.films) and first.temperatures is None
-    if start.learned is not None:
-        assert first.learned.free.decay == start.learned.free.decay
-        assert np.array_equal(first.learned.free.shape, start.learned.free.shape)
     assert second.temperatures.tolist() == [350.0] and second.learned is None
     assert kept_starts(tmp_path / "up.h5", "another") == []
     drop_starts(tmp_path / "up.h5")

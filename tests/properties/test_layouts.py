@@ -73,19 +73,6 @@ def test_split_pins_let_a_v_six_fire_evenly(bank, between):
     assert found["intervals_deg"] == pytest.approx([120.0] * 6)
 
 
-def test_two_pins_nearly_in_line_without_a_web_are_one_pin_of_twice_the_width():
-    """Within 5 %: across a web's plane beams end at its middle, so two pins are softer than one."""
-    two = split(0.0, 0.2)
-    width = 2.0 * two.crankshaft.pin_width
-    one = replace(
-        two.crankshaft, throw_angles=two.crankshaft.throw_angles[::2], pins_between_mains=(), pin_width=width,
-        counterweights=(True, True) * 3,
-    )  # fmt: skip
-    pair, single = beam_body(two), beam_body(replace(two, crankshaft=one))
-    assert pair.mass == pytest.approx(single.mass, rel=1e-4)
-    np.testing.assert_allclose(pair.omega[6:14], single.omega[6:14], rtol=0.05)
-
-
 @pytest.mark.parametrize(
     ("flying", "between", "tolerance"), [(0.008, 30.0, 0.1), (0.012, 60.0, 0.1), (0.0, 30.0, 0.1), (0.02, 180.0, 0.17)]
 )

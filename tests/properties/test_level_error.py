@@ -40,7 +40,7 @@ def test_the_default_run_of_the_six_names_its_shipped_error_and_the_command_that
     assert dear <= WORTH * min(halving)
 
 
-def test_between_two_measured_speeds_the_larger_error_counts():
+def test_between_two_measured_speeds_the_larger_error_counts_and_the_best_model_names_no_better_one():
     between, there = (error_of(rpm)["text"].split(" of the best")[0] for rpm in (1500.0, 2000.0))
     assert between == there
     assert figure("solid/impedance/ground 5°", 1000.0)[0] < figure("solid/impedance/ground 5°")[0]
@@ -52,8 +52,6 @@ def test_runs_and_engines_without_a_figure_say_so(other):
     heavier = SIX.with_({"cylinders.piston_mass": "2.1 kg"})
     assert "not measured for this engine" in error_of(engine=heavier)["text"]
 
-
-def test_levels_next_to_the_best_model_name_no_better_ones():
     text = error_of(bearings="ehd", block="flexible")["text"]
     assert f"{100.0 * figure('solid/ehd/flexible 2°')[0]:.2g} % of the best" in text and "--" not in text
 

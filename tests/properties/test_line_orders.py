@@ -40,7 +40,7 @@ from cranktrain.studies.torsion.shaft_orders import ShaftOrders
 
 SIX = load_engine("diesel_i6")
 RIGID = Settings(crank="rigid", bearings="held")
-SPEEDS = np.array([700.0, 1450.0]) * RPM
+SPEEDS, SPEED = np.array([700.0, 1450.0]) * RPM, 1500.0 * RPM
 J2 = 0.8
 
 
@@ -62,6 +62,11 @@ def orders_of(engine, settings=RIGID):
     return ShaftOrders(engine, rigid_crank(engine), settings, GasTrace.from_engine(engine), 24.0)
 
 
+def steady(engine, speeds=SPEED, orders=(3.0, 6.0), method="harmonic-balance", settings=RIGID, **more):
+    """Orders of a rigid crank's run-up by frequency."""
+    return frequency_run_up(engine, rigid_crank(engine), settings, np.atleast_1d(speeds), orders, method, **more)
+
+
 @pytest.mark.parametrize(
     "values",
     [
@@ -72,7 +77,7 @@ def orders_of(engine, settings=RIGID):
 )
 def test_the_shaft_of_two_free_masses_carries_the_closed_form(values):
     engine = behind(shaft(("flywheel", "driven"), **values))
-    found = frequency_run_up(engine, rigid_crank(engine), RIGID, SPEEDS, 0.5 * np.arange(1, 25), "linear")
+    found = steady(engine, SPEEDS, 0.5 * np.arange(1, 25), "linear")
     structure = orders_of(engine)
     j1 = 1.4 + structure.inertia[0].real.sum()
     torque = structure.known(SPEEDS)[:, 1:25].sum(axis=2)
@@ -94,14 +99,13 @@ def test_a_coupling_over_torque_has_the_stiffness_at_the_mean_torque_of_each_spe
     engine = behind(shaft(("flywheel", "driven"), **points))
     gas = GasTrace.from_engine(engine)
     motored, full = mean_torques(engine, gas)
-    body = rigid_crank(engine)
-    found = frequency_run_up(engine, body, RIGID, SPEEDS, [3.0, 6.0], "harmonic-balance")
+    found = steady(engine, SPEEDS)
     stiffnesses = []
     for k, speed in enumerate(SPEEDS):
         mean = motored + max(1.0 - gas.falloff * (speed / gas.best_speed - 1.0) ** 2, 0.0) * (full - motored)
         stiffnesses.append(np.interp(mean, points["torques"], points["stiffness"]))
         linear = behind(shaft(("flywheel", "driven"), stiffness=stiffnesses[-1]))
-        own = frequency_run_up(linear, body, RIGID, np.array([speed]), [3.0, 6.0], "harmonic-balance")
+        own = steady(linear, np.array([speed]))
         for name in ("pulley.torsion", "shaft[flywheel to driven].torque"):
             assert found.amplitudes[name][k] == pytest.approx(own.amplitudes[name][0], rel=1e-3)
     assert stiffnesses[1] > 1.05 * stiffnesses[0]
@@ -154,9 +158,9 @@ def test_friction_dissipates_as_coulomb_s_does():
 
 
 def test_a_speed_that_fails_is_lost_alone(monkeypatch):
-    engine, body = behind(Shaft(("flywheel", "driven"), 2e4, 6.0)), rigid_crank(SIX)
+    engine = behind(Shaft(("flywheel", "driven"), 2e4, 6.0))
     speeds = np.linspace(600.0, 1600.0, 6) * RPM
-    whole = frequency_run_up(engine, body, RIGID, speeds, [3.0, 6.0], "harmonic-balance")
+    whole = steady(engine, speeds)
     solve = run_ups._balanced
 
     def failing(structure, damper, own):
@@ -166,14 +170,14 @@ def test_a_speed_that_fails_is_lost_alone(monkeypatch):
 
     monkeypatch.setattr(run_ups, "_balanced", failing)
     failed = []
-    found = frequency_run_up(engine, body, RIGID, speeds, [3.0, 6.0], "harmonic-balance", failed=failed)
+    found = steady(engine, speeds, failed=failed)
     assert [(one.speed, one.reason) for one in failed] == [(speeds[2], "the orders do not settle at 1000 rev/min")]
     kept = np.arange(6) != 2
     assert np.isnan(found.torsion[2]).all() and np.isnan(found.extremes["pulley.torsion"][2]).all()
     assert found.torsion[kept] == pytest.approx(whole.torsion[kept], rel=1e-9)
     assert all(math.isfinite(peak.amplitude) for peak in peaks(found))
     with pytest.raises(SolverError, match="do not settle"):
-        frequency_run_up(engine, body, RIGID, speeds, [3.0, 6.0], "harmonic-balance")
+        steady(engine, speeds)
 
 
 def damped(engine, speeds, **values):
@@ -244,7 +248,7 @@ def test_the_burn_balances_the_load_at_each_speed(load, expected):
     speeds = np.array([100.0, 150.0])
     structure = ShaftOrders(engine, rigid_crank(engine), RIGID, GasTrace.from_engine(engine), 12.0, balanced=True)
     assert structure.mean_torque(speeds) == pytest.approx(expected, rel=1e-3)
-    found = frequency_run_up(engine, rigid_crank(engine), RIGID, speeds, [3.0], "linear", balanced=True)
+    found = steady(engine, speeds, [3.0], "linear", balanced=True)
     assert found.extremes["shaft[flywheel to driven].torque"][:, 1] == pytest.approx(expected, rel=1e-3)
 
 
@@ -252,7 +256,7 @@ def with_damper(**values):
     return replace(SIX, damper=Damper(kind="linear", ring_inertia=0.1, **values))
 
 
-def balanced(load):
+def burn_of(load):
     return lambda: balancing_load(replace(SIX, load=load), GasTrace.from_engine(SIX), 100.0)
 
 
@@ -263,9 +267,9 @@ REFUSED = [
     (lambda: check_engine(with_damper()), r"damper\.damping: is missing; a linear damper needs damping or stiffness"),
     (lambda: check_engine(with_damper(frequencies=(1.0, 2.0), frequency=1.0)), r"stiffnesses: 0 values for 2 freq"),
     (lambda: check_engine(with_damper(**POINTS)), r"damper\.frequency: is missing"),
-    (balanced(MeanLoad(kind="torque", speed=200.0, torque=1e5)),
+    (burn_of(MeanLoad(kind="torque", speed=200.0, torque=1e5)),
      r"\[load\] asks for 1e\+05 N m at 954.9 rev/min, where the engine gives 0 to"),
-    (balanced(None), r"has no \[load\]; add that table"),
+    (burn_of(None), r"has no \[load\]; add that table"),
     *((lambda values=values: element_values("shaft", values), said) for values, said in (
         ({"stiffness": (1e4, 2e4, 3e4, 4e4), "torques": (1.0, 2.0)}, r"shaft: 2 torques for 4 stiffnesses"),
         ({"stiffness": (1e4, 2e4), "torques": (2.0, 1.0)}, r"shaft: torques must increase"),
@@ -297,7 +301,6 @@ def test_an_engine_with_all_of_it_survives_its_dictionary():
 
 
 # In time the mean torque of the gas winds up each shaft; small oscillations about it are those of its tangent.
-SPEED = 1500.0 * RPM
 
 
 def last_cycle(engine, settings=RIGID):
@@ -326,9 +329,9 @@ def test_a_progressive_coupling_winds_up_by_its_curve_and_swings_on_its_tangent(
     # What the shaft's law carries, less what the connection pushes the flywheel by, is the torque of the curve.
     whole = found["shaft.torque"] - found["connection[line[1]].torque"]
     assert whole.mean() == pytest.approx(np.interp(twist, twists, torques).mean(), rel=1e-6)
-    steady = frequency_run_up(engine, rigid_crank(engine), RIGID, np.array([SPEED]), [3.0, 6.0], "harmonic-balance")
+    balanced = steady(engine)
     for number in (3.0, 6.0):
-        expected = abs(steady.order(number, "shaft[flywheel to driven].torque")[0])
+        expected = abs(balanced.order(number, "shaft[flywheel to driven].torque")[0])
         assert order(whole, number) == pytest.approx(expected, rel=5e-3)
 
 
@@ -337,13 +340,12 @@ def test_friction_of_bow_springs_is_that_of_its_equivalent_damping():
     rubbing = Shaft(("flywheel", "driven"), 6e3, 5.0, friction=40.0, slip_speed=0.5)
     engine = behind(rubbing, Shaft(("driven", "dynamometer"), 2e4, 40.0), discs=(Disc("driven", 0.5),))
     found = last_cycle(engine)
-    body = rigid_crank(engine)
     assert not linear_engine(engine).connections
-    steady = frequency_run_up(engine, body, RIGID, np.array([SPEED]), [3.0], "harmonic-balance")
     free = replace(engine, drive_line_chain=replace(engine.drive_line_chain, frictions=(0.0, 0.0)))
-    without = frequency_run_up(free, body, RIGID, np.array([SPEED]), [3.0], "harmonic-balance")
     ours = order(found["shaft.torque"] - found["connection[line[1]].torque"], 3.0)
-    rubbed, smooth = (abs(one.order(3.0, "shaft[flywheel to driven].torque")[0]) for one in (steady, without))
+    rubbed, smooth = (
+        abs(steady(one, orders=[3.0]).order(3.0, "shaft[flywheel to driven].torque")[0]) for one in (engine, free)
+    )
     assert ours == pytest.approx(rubbed, rel=0.05) and abs(ours - rubbed) < 0.2 * abs(ours - smooth)
 
 
@@ -360,8 +362,8 @@ def test_a_linear_damper_in_time_meets_the_frequency_domain(law):
     check_engine(fitted)
     settings = replace(RIGID, damper="fitted")
     found = last_cycle(fitted, settings)
-    steady = frequency_run_up(fitted, rigid_crank(fitted), settings, np.array([SPEED]), [3.0], "harmonic-balance")
-    assert order(found["pulley.torsion"], 3.0) == pytest.approx(abs(steady.order(3.0)[0]), rel=2e-3)
+    expected = abs(steady(fitted, orders=[3.0], settings=settings).order(3.0)[0])
+    assert order(found["pulley.torsion"], 3.0) == pytest.approx(expected, rel=2e-3)
 
 
 def test_what_cannot_run_in_time_is_refused_in_one_line():
@@ -377,8 +379,7 @@ def test_what_cannot_run_in_time_is_refused_in_one_line():
         Simulation(geared, rigid_crank(geared), RIGID)
     # In the frequency domain both run.
     for engine in (free, geared):
-        run = frequency_run_up(engine, rigid_crank(engine), RIGID, np.array([SPEED]), [3.0], "harmonic-balance")
-        assert np.isfinite(run.torsion).all()
+        assert np.isfinite(steady(engine).torsion).all()
 
 
 def test_cycles_in_time_balance_a_propeller_at_each_speed():

@@ -50,15 +50,13 @@ def measured_file(tmp_path, critical=2380.0, factor=1.0, turn=0.0, outputs=()):
     return write_orders(tmp_path / "orders.csv", [found] * max(1, len(outputs)), outputs)
 
 
-def test_equal_orders_deviate_by_nothing(run_up, tmp_path):
+def test_equal_orders_deviate_by_nothing_and_speed_amplitude_and_phase_are_told_apart(run_up, tmp_path):
+    """Measured 2 % higher in speed, a quarter higher, 30 deg ahead: computed is 2 % and 20 % lower, 30 deg behind."""
     (row,) = deviations(run_up, read_measured_orders(measured_file(tmp_path)))
     assert abs(row["speed_percent"]) < 0.1 and abs(row["amplitude_percent"]) < 1.0
     assert row["rms_percent"] < 1.0 and abs(row["phase_deg"]) < 1.0
     assert row["measured_peak_rpm"] == pytest.approx(2380.0, rel=2e-3)
 
-
-def test_speed_amplitude_and_phase_are_told_apart(run_up, tmp_path):
-    """Measured 2 % higher in speed, a quarter higher, 30 deg ahead: computed is 2 % and 20 % lower, 30 deg behind."""
     (row,) = deviations(run_up, read_measured_orders(measured_file(tmp_path, 1.02 * 2380.0, 1.25)))
     assert row["speed_percent"] == pytest.approx(100.0 / 1.02 - 100.0, abs=0.15)
     assert row["amplitude_percent"] == pytest.approx(-20.0, abs=1.0)
