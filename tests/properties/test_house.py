@@ -111,8 +111,9 @@ def test_no_layer_is_jumped_by_a_string():
         for one in strings if len(place) > 1 else ():
             if re.fullmatch(r"cranktrain(_lab)?(\.\w+)+(:\w+)?", one):
                 top, other = one.partition(":")[0].split(".")[:2]
-                higher = top == LAB if top != package else rank(top, other) > rank(top, place[0])
-                if (SOURCES / top / other).is_dir() and higher:
+                if (SOURCES / top / other).is_dir() and (
+                    top == LAB if top != package else rank(top, other) > rank(top, place[0])
+                ):
                     jumps.append((file, one))
     assert not jumps and of_lab == {"cranktrain/lab.py"}
 

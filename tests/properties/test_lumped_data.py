@@ -153,7 +153,7 @@ def test_preparing_again_leaves_nothing_behind_and_what_is_refused_changes_nothi
     engine, settings = engine_of("diesel_i6"), Settings(crank="rigid", **levels)
     model = model_of(engine, engine, "rigid", levels)
     before = {name: array.copy() for name, array in arrays(model, NOT_OF_LUMPS)}
-    for data, status, same in cases:
+    for data, status, same in some(cases):
         assert prepare_model(model, run_numbers(settings, engine, data), np.zeros(7), SPEED) == status
         assert same == all(np.array_equal(array, before[name]) for name, array in arrays(model, NOT_OF_LUMPS))
 
