@@ -104,8 +104,8 @@ def test_every_picture_has_the_measured_orders_with_their_bands(run_up, tmp_path
     np.testing.assert_allclose(np.median(heights), 2.0 * np.degrees(1.96e-4), rtol=1e-2)
     waterfall, without = (figures.waterfall_figure(run_up, quantity, one, "six", 400.0) for one in (beside, bare))
     assert len(bars(waterfall)) == 1 and not bars(without)
-    lines = [line for ax in figures.map_figure(run_up, quantity, beside, "six", 400.0).axes for line in ax.lines]
-    assert sum(len(line.get_xdata()) == half.size for line in lines) == 2
+    maps = figures.map_figure(run_up, quantity, beside, "six", 400.0).axes
+    assert sum(len(part.get_offsets()) == half.size for ax in maps for part in ax.collections) == 2
     campbell = figures.campbell_figure(run_up, beside, "six")
     middle, lower, upper = (a.get_sizes() for a in campbell.axes[0].collections if not len(a.get_facecolor()))
     assert np.all(lower < middle) and np.all(middle < upper)
