@@ -104,8 +104,8 @@ def test_aligned_table_against_a_finer_film(table, reach, limit):
         journal_film(grid, RATIO**-2, Motion(eps, 0.0, 0.0, 0.0, *v, 0.0, 0.0), work, active, true)
         highest, flow = film_observables(grid, work)
         turn = np.array([[math.cos(angle), -math.sin(angle)], [math.sin(angle), math.cos(angle)]])
-        out = np.zeros(12)
-        assert aligned(table, [*(turn @ [eps, 0.0]), *(turn @ v)], 0.0, out) == TABLED
+        out, status = aligned(table.arrays, [*(turn @ [eps, 0.0]), *(turn @ v)])
+        assert status == TABLED
         assert np.linalg.norm(out[:2] - turn @ true[:2]) < limit * np.linalg.norm(true[:2])
         shown = aligned_observables(turn @ [eps, 0.0], turn @ v, 0.0, BEARING, table.arrays, np.zeros(16))
         assert shown[0] == pytest.approx(highest, rel=0.02)
@@ -116,14 +116,16 @@ HALF = SETTINGS.on_shell(journal_grid(96, 16, half=True))
 HALF_FILM = journal_work(HALF)
 
 
-def aligned(table, state, half_speed, out):
-    place, velocity = np.asarray(state, dtype=float).reshape(2, 2)
-    tabled = Tabled(table.arrays, HALF, HALF_FILM, cold_start(HALF), MEMORY)
-    return aligned_force(place, velocity, half_speed, 1.0, 1.0, tabled, out)
+def aligned(arrays, state, half_speed=0.0):
+    """Output and status of the aligned law at (x, y, vx, vy), in clearances."""
+    out, tabled = np.zeros(12), Tabled(arrays, HALF, HALF_FILM, cold_start(HALF), MEMORY)
+    return out, aligned_force(*np.asarray(state, dtype=float).reshape(2, 2), half_speed, 1.0, 1.0, tabled, out)
 
 
-def aligned_tangents(out):
-    return np.concatenate([out[2:6].reshape(2, 2), out[6:10].reshape(2, 2)], axis=1)
+def aligned_apart(arrays, state, steps, half_speed=0.0):
+    """Largest difference of the aligned law's tangents to slopes by differences, over the largest of them."""
+    tangents = np.hstack(aligned(arrays, state, half_speed)[0][2:10].reshape(2, 2, 2))
+    return np.max(apart(tangents, differences(lambda s: aligned(arrays, s, half_speed)[0][:2], state, steps)))
 
 
 def any_state(rng, lowest=0.05, highest=0.95, tilt=0.8):
@@ -172,18 +174,10 @@ def test_tangents_of_the_aligned_law(table):
     for _ in range(40):
         eps, angle = rng.uniform(0.05, 0.98), rng.uniform(-3, 3)
         state = np.array([eps * math.cos(angle), eps * math.sin(angle), *rng.normal(size=2)])
-        out = np.zeros(12)
-        assert aligned(table, state, 0.3, out) == TABLED
-
-        def force(s):
-            result = np.zeros(12)
-            aligned(table, s, 0.3, result)
-            return result[:2].copy()
-
+        assert aligned(table.arrays, state, 0.3)[1] == TABLED
         squeeze = state[2:] - 0.3 * np.array([-state[1], state[0]])
         steps = 1e-4 * np.array([1 - eps] * 2 + [1.0] * 2) * min(1.0, np.linalg.norm(squeeze))
-        slopes = differences(force, state, steps)
-        assert np.max(apart(aligned_tangents(out), slopes)) < 1e-6
+        assert aligned_apart(table.arrays, state, steps, 0.3) < 1e-6
 
 
 def test_tangents_where_the_aligned_table_hands_over(table):
@@ -191,16 +185,9 @@ def test_tangents_where_the_aligned_table_hands_over(table):
     axes = table.arrays.axes.copy()
     axes[ALIGNED_RATIO2] /= 4.0
     state = np.array([ALIGNED_MAX - 0.5 * ALIGNED_MARGIN, 0.0, 0.4, -0.7])
-
-    def result(s):
-        out = np.zeros(12)
-        tabled = Tabled(table.arrays._replace(axes=axes), HALF, HALF_FILM, cold_start(HALF), MEMORY)
-        assert aligned_force(s[:2], s[2:], 0.0, 1.0, 1.0, tabled, out) == BLENDED
-        return out
-
-    out = result(state)
-    slopes = differences(lambda s: result(s)[:2], state, np.array([1e-5, 1e-5, 1e-3, 1e-3]))
-    assert np.max(apart(aligned_tangents(out), slopes)) < 0.03
+    arrays = table.arrays._replace(axes=axes)
+    assert aligned(arrays, state)[1] == BLENDED
+    assert aligned_apart(arrays, state, np.array([1e-5, 1e-5, 1e-3, 1e-3])) < 0.03
 
 
 def test_sampled_films_are_extrapolated_to_narrow_grids():
@@ -310,9 +297,9 @@ def test_nothing_breaks_outside_at_the_centre_or_at_rest(table):
         out, status = law(table, state)
         assert np.isfinite(out).all() and status in (TABLED, SOLVED) and (status == SOLVED or state not in beyond)
     assert (law(table, [0.0] * 8)[0][:4] == 0).all()
-    out = np.zeros(12)
     for eps in (0.994, 0.9999, 1.1):
-        assert aligned(table, [eps, 0.0, 1.0, 0.5], 1.0, out) != TABLED and np.isfinite(out).all()
+        out, status = aligned(table.arrays, [eps, 0.0, 1.0, 0.5], 1.0)
+        assert status != TABLED and np.isfinite(out).all()
 
 
 def test_a_groove_all_round_makes_two_films_of_half_the_width():
