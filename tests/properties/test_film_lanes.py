@@ -144,16 +144,3 @@ def test_no_digit_of_a_film_depends_on_its_neighbours(films: Films) -> None:
     turned = which[::-1]
     others, _, _ = films.together(turned)
     assert np.array_equal(others[turned], outs[turned])
-
-
-def test_the_cut_lies_where_the_film_is_ruptured(films: Films) -> None:
-    n_z = int(films.film.constants[one.N_Z])
-    cuts = []
-    for i in range(films.count):
-        columns = films.start[i].reshape(-1, n_z)
-        free = films.film.supply.reshape(-1, n_z) == 0.0
-        ruptured = np.array([(u[f] < 0.0).all() for u, f in zip(columns, free, strict=True)])
-        cut = int(choose_cut(films.film, films.start[i]))
-        if (ruptured & np.roll(ruptured, 1) & np.roll(ruptured, 2)).any():
-            cuts.append(ruptured[cut] and ruptured[cut - 1])
-    assert cuts and all(cuts)

@@ -67,8 +67,7 @@ def test_two_frames_are_one_physics(kind):
 
 
 def test_the_gas_is_no_spring_of_the_drive_line():
-    """A small free oscillation at constant speed has the frequency √(k/J) of shaft and crank; with the gas phased to
-    the frame it read 10 % less."""
+    """A small free oscillation has the frequency √(k/J) of shaft and crank; with gas phased to the frame 10 % less."""
     plain, struck = started(), started()
     moved(struck, entry.VELOCITY, 0.05)
     (angle, h), (other, _) = series(plain, 8, "crank.angle"), series(struck, 8, "crank.angle")

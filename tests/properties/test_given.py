@@ -62,16 +62,12 @@ def spring(**changed):
 def test_values_of_another_kind_are_told_in_one_line(made, said):
     with one_line(match=said):
         made()
-
-
-def test_arrays_serve_as_lists():
-    assert spring(stiffness=np.full(3, 1e5)) is not None
+    assert spring(stiffness=np.full(3, 1e5)) is not None  # arrays serve as lists
 
 
 def beside_the_four(bodies, connections, **settings):
-    engine = replace(load_engine(FOUR), frame=(), body=(), connection=())
     chosen = ct.Settings(crank="rigid", bearings="linear", block="ground", **settings)
-    made = ct.assemble(engine, chosen)
+    made = ct.assemble(load_engine(FOUR).without_additions, chosen)
     parts = made.parts._replace(topology=ct.Topology((ct.Frame("f", 1.0, axis=(0.2, 0.1)),), bodies, connections))
     return simulate(made.engine, made.body, made.settings, 200.0, parts=parts, settle=1e-6)
 
@@ -109,7 +105,7 @@ def test_what_joins_block_and_ground_carries_nothing_where_the_block_is_the_grou
 
 
 def test_ends_that_lie_apart_are_told():
-    far = replace(HELD, ends=(ct.End("w", "a"), ct.End("v", "a")))
+    far = replace(HELD, name="far", ends=(ct.End("w", "a"), ct.End("v", "a")))
     other = rigid_body("v", 1.0, np.diag([0.1, 0.1, 0.1]), (0.0, 0.0, 0.2), {"a": (0.0, 0.0, 0.2)})
     with pytest.warns(UserWarning, match=r"its ends are 200 mm apart"):
-        ct.topology_modes(ct.Topology((), (ct.Body("w", DISC), ct.Body("v", other)), (replace(far, name="far"), HELD)))
+        ct.topology_modes(ct.Topology((), (ct.Body("w", DISC), ct.Body("v", other)), (far, HELD)))

@@ -51,10 +51,8 @@ def test_an_array_is_read_as_a_file_of_its_numbers(name, tmp_path):
     angles, pressures = built_in(engine)
     pressures = pressures * (1.0 + 1e-3 * np.random.default_rng(1).normal(size=pressures.size))
     file = read_gas(written(tmp_path / "p.csv", angles, pressures), engine, "Pa")
-    pairs = [(angles[::-1], pressures[::-1]), (angles, pressures)]
-    for value in (*pairs, (angles, np.array([pressures]))[: 2 if engine.n_cylinders == 1 else 0]):
-        if value:
-            assert np.array_equal(read_gas(value, engine).fired, file.fired)
+    for value in ((angles[::-1], pressures[::-1]), (angles, pressures if engine.n_cylinders > 1 else [pressures])):
+        assert np.array_equal(read_gas(value, engine).fired, file.fired)
     np.testing.assert_allclose(read_gas(pressures, engine).fired, file.fired, rtol=1e-9)
 
 
@@ -100,15 +98,11 @@ def test_a_function_of_the_speed_is_that_of_each_run():
     gas = read_gas(pressure, engine)
     for speed in (250.0, 300.0, 420.0):
         np.testing.assert_allclose(gas.at(speed, 1.0).fired, [base(x) * speed / 300.0 for x in gas.at(300.0, 1).angles])
-    run_up = ct.runup(
-        engine.with_(connection=None, body=None, frame=None), from_rpm=2000, to_rpm=3000, step_rpm=1000,
-        crank="torsional", bearings="held", inherit=False, method="linear", pressure=pressure, load=1.0,
-    )  # fmt: skip
-    one = ct.runup(
-        engine.with_(connection=None, body=None, frame=None), from_rpm=3000, to_rpm=3000, step_rpm=1000,
-        crank="torsional", bearings="held", inherit=False, method="linear", load=1.0,
-        pressure=lambda angle: pressure(angle, 100.0 * math.pi),
-    )  # fmt: skip
+    bare, levels = engine.without_additions, {key: value for key, value in TORSION.items() if key != "cycles"}
+    run_up, one = (
+        ct.runup(bare, from_rpm=first, to_rpm=3000, step_rpm=1000, method="linear", pressure=own, **levels)
+        for first, own in ((2000, pressure), (3000, lambda angle: pressure(angle, 100.0 * math.pi)))
+    )
     assert run_up["pulley.torsion", 2.0][-1] == pytest.approx(one["pulley.torsion", 2.0][-1], rel=1e-9)
 
 
@@ -119,11 +113,9 @@ def test_cylinders_have_their_own_pressures(form):
     angles, fired = built_in(engine)
     motored = GasTrace.from_engine(engine).motored
     rows = [fired, motored, fired, fired]
-    value = {
-        "dict": dict(enumerate(rows, 1)), "list": rows, "array": np.array(rows),
-        "functions": {k: straight(angles, row) for k, row in enumerate(rows, 1)},
-    }[form]  # fmt: skip
-    gas = given(value, engine)
+    functions = {k: straight(angles, row) for k, row in enumerate(rows, 1)}
+    forms = {"dict": dict(enumerate(rows, 1)), "list": rows, "array": np.array(rows), "functions": functions}
+    gas = given(forms[form], engine)
     whole, cold = (given(straight(angles, row), engine).imep for row in (fired, motored))
     assert gas.imep == pytest.approx(0.75 * whole + 0.25 * cold, rel=1e-6)
     for own, row in zip(gas.own, rows, strict=True):
@@ -140,7 +132,7 @@ def test_a_two_stroke_has_its_cycle_twice():
         read_gas(fired[: half // 2], engine)
 
 
-def test_units_and_ends():
+def test_units_ends_and_what_an_assembly_or_another_process_takes():
     engine = ct.load_engine("single_petrol")
     angles, fired = built_in(engine)
     plain = read_gas(fired, engine).fired
@@ -158,21 +150,13 @@ def test_units_and_ends():
     run = ct.simulate(engine, speed_rpm=3000, **TORSION)
     with pytest.raises(InputError, match="measures something else"):
         read_gas(run["shaft.torque"], engine)
-
-
-def test_an_assembly_takes_them_too():
-    engine = ct.load_engine("single_petrol")
-    made = ct.assemble(engine, ct.Settings(crank="torsional", bearings="held"), inherit=False)
-    _, fired = built_in(engine)
-    one = ct.simulate(made, speed_rpm=3000, cycles=2, load=1.0, pressure=fired)
-    two = ct.simulate(engine, speed_rpm=3000, pressure=fired, **TORSION)
-    np.testing.assert_array_equal(one["pulley.torsion"], two["pulley.torsion"])
-
-
-def test_a_function_of_a_notebook_cannot_go_to_another_process():
-    gas = read_gas(lambda angle: 2e6, ct.load_engine("single_petrol"))
     with pytest.raises(InputError, match="cannot go to another process; take workers=1"):
-        pickle.dumps(gas)
+        pickle.dumps(read_gas(lambda angle: 2e6, engine))
+    made = ct.assemble(engine, ct.Settings(crank="torsional", bearings="held"), inherit=False)
+    one = ct.simulate(made, speed_rpm=3000, cycles=2, load=1.0, pressure=fired)
+    np.testing.assert_array_equal(
+        one["pulley.torsion"], ct.simulate(engine, speed_rpm=3000, pressure=fired, **TORSION)["pulley.torsion"]
+    )
 
 
 def jagged(angle):

@@ -17,12 +17,9 @@ def test_a_curve_is_straight_and_jumps_behind_its_time():
     )
     # A sum of steps that ends a rounding behind the jump's time belongs to the step before.
     assert curve.at(0.7 * (1.0 + 1e-15)) == pytest.approx(3.0)
-
-
-def test_a_curve_may_jump_at_the_start():
     curve = Curve(1.0)
     curve.go(0.0, 0.0, 5.0)
-    assert curve.at(0.0) == curve.at(1e-9) == 5.0
+    assert curve.at(0.0) == curve.at(1e-9) == 5.0  # at the start as well
 
 
 def test_noise_has_its_size_and_is_the_same_for_a_step_taken_again():
@@ -36,11 +33,8 @@ def test_noise_has_its_size_and_is_the_same_for_a_step_taken_again():
 
 
 @pytest.mark.parametrize(("gives", "held"), [("last", 2.0), ("zero", 0.0), ("nan", math.nan)])
-def test_a_connection_that_drops_out(gives, held):
+def test_a_connection_that_drops_out_and_modifiers_in_turn(gives, held):
     broken = DroppedOut(0.15, 0.35, gives)
     found = [broken(t, v) for t, v in ((0.0, 1.0), (0.1, 2.0), (0.2, 3.0), (0.3, 4.0), (0.4, 5.0))]
     np.testing.assert_equal(found, [1.0, 2.0, held, held, 5.0])
-
-
-def test_modifiers_follow_one_another():
     assert in_turn([lambda t, v: v + 1.0, lambda t, v: 2.0 * v])(0.0, 3.0) == 8.0

@@ -49,8 +49,7 @@ print(json.dumps(found))
 """
 
 
-LONG = "9" * 5000
-"""Digits beyond what ``int`` takes of a text."""
+LONG = "9" * 5000  # digits beyond what ``int`` takes of a text
 
 
 @pytest.mark.parametrize("number", [LONG, "²", "１２x", f"-{LONG}"], ids=["long", "superscript", "wide", "negative"])
@@ -66,12 +65,10 @@ def test_whole_numbers_that_are_none_are_refused_wherever_they_stand(tmp_path, n
     }
     for name, text in texts.items():
         (tmp_path / name).write_text(text, encoding="utf-8")
-    for name in ("a.inp", "b.bdf", "c.unv"):
+    for name in ("a.inp", "b.bdf", "c.unv", "d.toml"):
         with pytest.raises(InputError) as caught:
-            read_surfaces_and_tetrahedra(tmp_path / name)
+            (read_superelement if name == "d.toml" else read_surfaces_and_tetrahedra)(tmp_path / name)
         assert len(str(caught.value)) < 500 and str(caught.value).isprintable()
-    with pytest.raises(InputError):
-        read_superelement(tmp_path / "d.toml")
     assert array_element(f"x[{number}]") is None
     with pytest.raises(InputError):
         load_engine("diesel_i6").with_({f"body[{number}].mass": 1.0})
@@ -167,17 +164,19 @@ def test_no_message_quotes_a_foreign_file(name, text, place, lines, tmp_path):
         assert "not below the deck's folder" in str(error.value)
 
 
-@pytest.mark.parametrize("kind", ["inp", "bdf"])
-def test_includes_are_deep_but_no_loop(kind, tmp_path, monkeypatch):
+@pytest.mark.parametrize(
+    ("kind", "line", "last"),
+    [("inp", "*INCLUDE, INPUT={}\n", "*NODE\n1, 0, 0, oops\n"), ("bdf", "INCLUDE '{}'\n", "GRID,1,,0.,0.,oops\n")],
+)
+def test_includes_are_deep_but_no_loop(kind, line, last, tmp_path, monkeypatch):
     """25 files in a row are read; a folder outside is opened where the user names it."""
-    line = {"inp": "*INCLUDE, INPUT={}\n", "bdf": "INCLUDE '{}'\n"}[kind]
-    last = {"inp": "*NODE\n1, 0, 0, oops\n", "bdf": "GRID,1,,0.,0.,oops\n"}[kind]
     shared = tmp_path / "shared"
     (tmp_path / "deck").mkdir()
     shared.mkdir()
-    for k in range(25):
-        (tmp_path / f"deck/{k}.{kind}").write_text(line.format(f"{k + 1}.{kind}"))
-    (tmp_path / f"deck/25.{kind}").write_text(line.format(f"../shared/last.{kind}"))
+    for k in range(26):
+        (tmp_path / f"deck/{k}.{kind}").write_text(
+            line.format(f"{k + 1}.{kind}" if k < 25 else f"../shared/last.{kind}")
+        )
     (shared / f"last.{kind}").write_text(last)
     with pytest.raises(InputError, match="not below the deck's folder"):
         read_surfaces_and_tetrahedra(tmp_path / f"deck/0.{kind}")

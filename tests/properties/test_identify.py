@@ -9,6 +9,7 @@ import numpy as np
 import pytest
 from identified import identified, model_of, places, stated, write_orders
 from one_line import one_line
+from refusals import refused_files
 
 import cranktrain as ct
 from cranktrain.cli.main import main
@@ -17,13 +18,11 @@ from cranktrain.core.threads import one_thread
 from cranktrain.core.units import RPM
 from cranktrain.engine.file import engine_provenance, load_engine
 from cranktrain.results.views.found import VerbResult
-from cranktrain_lab.identification import checks
-from cranktrain_lab.identification.confidence import Confidence
-from cranktrain_lab.identification.data import Data, Scalar, Shape, read_data
+from cranktrain_lab.identification.data import Data, Shape, read_data
 from cranktrain_lab.identification.decays import measured_damping_ratio
-from cranktrain_lab.identification.identify import identify, parameter_row
-from cranktrain_lab.identification.model import TorsionalModel, mode_of, shape_of
-from cranktrain_lab.identification.parameters import Sought, sought_parameters
+from cranktrain_lab.identification.identify import identify
+from cranktrain_lab.identification.model import TorsionalModel, shape_of
+from cranktrain_lab.identification.parameters import sought_parameters
 from cranktrain_lab.identification.tables import MeasuredTable, OrdersTable, SoughtTable
 from cranktrain_lab.identification.written import identified_text
 
@@ -42,8 +41,6 @@ ORDERS_OF_PULLEY = """
 name = "pulley"
 file = "orders.csv"
 """
-
-
 DECAY = "[[decay]]\ndamping_ratio = 0.3\n"
 TARGET = '[targets.t]\nshape = "torsional"\nhz = 238\ntolerance = 0.01\nsource = "test"\n'
 STRANDS = places(SPEEDS, ORDERS, deviation=1e-5)
@@ -109,32 +106,12 @@ def test_values_are_found_again_from_a_higher_level_and_written_with_their_inter
     assert all(line.startswith("#") or "identified" in line or "follows pulley" in line for line in changed)
 
 
-def test_a_linear_fit_is_widened_by_what_harmonic_balance_would_move(four, truth, tmp_path):
-    write(tmp_path, truth[2])
-    report = quick(four, measured(tmp_path, PARAMETERS + ORDERS_OF_PULLEY), method="linear")
-    row = next(row for row in report["parameters"] if row["key"] == "load")
-    assert row["low"] <= TRUE["load"] <= row["high"] and abs(row["next_level_percent"]) > 0.1
-
-
 def test_zero_and_scale_of_an_encoder_are_found(four, truth, tmp_path):
     turned = [0.98 * np.exp(1j * order * math.radians(2.0)) * v for order, v in zip(ORDERS, truth[3], strict=True)]
     write(tmp_path, turned)
     text = '[parameters]\n"zero.pulley" = {}\n"scale.pulley" = {}\n"pulley.polar_inertia" = {}\n' + ORDERS_OF_PULLEY
-    report = quick(four, measured(tmp_path, f"load = 0.95\n{text}"), method="linear")
-    found = {row["key"]: row["value"] for row in report["parameters"]}
-    assert found["zero.pulley"] == pytest.approx(2.0, abs=0.2)
-
-
-def test_a_frequency_knows_one_combination(four, tmp_path):
-    """Two inertias from one frequency: their combination only, said in words; no file is written over."""
-    model = model_of(load_engine(four), ["load"], Data())
-    hz, _ = mode_of(model.assembly(np.array([1.0])), Scalar("f", "frequency", 1, 400.0, 0.01, False))
-    text = '[parameters]\n"pulley.polar_inertia" = {}\n"flywheel.polar_inertia" = {}\n[[frequencies]]\n'
-    report = quick(four, measured(tmp_path, f"{text}hz = {1.001 * hz:.3f}\n"))
-    (line,) = report["told_apart"]
-    assert "pulley.polar_inertia" in line and "flywheel.polar_inertia" in line and "any factor" in line
-    (number,) = report["numbers"]
-    assert number["computed"] == pytest.approx(1.001 * hz, rel=1e-3)
+    found, _ = identified(four, measured(tmp_path, f"load = 0.95\n{text}"), method="linear")
+    assert found["zero.pulley"]["value"] == pytest.approx(2.0, abs=0.2)
 
 
 def test_decay_and_shape_are_sets_of_their_own(four, tmp_path):
@@ -153,8 +130,7 @@ deviation = 0.02
 shape = {{ {shape} }}
 deviation = 0.01
 """
-    report = quick(four, measured(tmp_path, text))
-    found = {row["key"]: row for row in report["parameters"]}
+    found, report = identified(four, measured(tmp_path, text))
     assert found[FIRST]["value"] == pytest.approx(0.05, rel=1e-3)
     assert found[FIRST]["deviation_percent"] == pytest.approx(2.0, rel=0.05)
     assert found["pulley.polar_inertia"]["value"] == pytest.approx(load_engine(four).pulley.polar_inertia, rel=1e-3)
@@ -162,20 +138,14 @@ deviation = 0.01
 
 
 def test_a_free_decay_is_read_from_its_signal(four, tmp_path):
-    time = np.arange(0.0, 0.08, 1e-4)
-    signal = np.exp(-0.03 * 2700.0 * time) * np.cos(2700.0 * math.sqrt(1.0 - 0.03**2) * time)
-    rows = [f"{t:.5f},{x:.8f}" for t, x in zip(time, signal, strict=True)]
-    (tmp_path / "ring.csv").write_text("\n".join(["time [s],pulley [rad]", *rows]) + "\n", "utf-8")
-    text = '[parameters]\n"damping.torsional_ratios[1]" = {}\n[[decay]]\nfile = "ring.csv"\nchannel = "pulley"\n'
+    recording(tmp_path / "ring.csv", 10000, 0.08, hz=430.0, ratio=0.03, noise=0.0)
+    text = '[parameters]\n"damping.torsional_ratios[1]" = {}\n[[decay]]\nfile = "ring.csv"\nchannel = "twist"\n'
     report = quick(four, measured(tmp_path, text))
     assert report["numbers"][0]["measured"] == pytest.approx(0.03, rel=1e-3)
 
 
 def recording(path, rate, seconds, begin=0.0, hz=300.0, ratio=0.02, noise=0.01, digits=7, lost=math.inf):
-    """A file of a free decay that begins at ``begin`` s, with noise and times rounded to some digits.
-
-    From ``lost`` s on the channel is no number.
-    """
+    """File of a free decay from ``begin`` s on, with noise and rounded times; no number from ``lost`` s on."""
     times = np.arange(int(seconds * rate)) / rate
     after = np.clip(times - begin, 0.0, None)
     values = (times >= begin) * np.exp(-2 * np.pi * hz * ratio * after) * np.cos(2 * np.pi * hz * after)
@@ -217,11 +187,10 @@ def test_a_recording_without_decay_or_even_times_is_refused(tmp_path, state, sai
 def test_a_file_of_targets_alone_is_a_calibration(monkeypatch, tmp_path):
     """The same function with the same arguments; what the tolerances say of each value is added."""
     given = {
-        "refused": None,
-        "interrupted": False,
+        "refused": None, "interrupted": False,
         "targets": 2 * [{"sensitivities": {"a.b": 0.5, "c.d": -0.5}, "tolerance_percent": 1.0}],
         "parameters": [{"key": key, "value": 2.0, "low": 1.0, "high": 4.0, "unit": "1"} for key in ("a.b", "c.d")],
-    }
+    }  # fmt: skip
     asked = []
     monkeypatch.setattr(
         "cranktrain_lab.cli.targets.calibrated",
@@ -233,46 +202,10 @@ def test_a_file_of_targets_alone_is_a_calibration(monkeypatch, tmp_path):
     (line,) = report["told_apart"]
     assert "a.b and c.d cannot be told apart" in line.replace("c.d and a.b", "a.b and c.d")
     # ln 4 over √12 along the sum, which no frequency knows: 40 % for both.
-    assert report["parameters"][0]["deviation_percent"] == pytest.approx(
-        100.0 * math.log(4.0) / math.sqrt(24.0), rel=0.01
-    )
+    known = 100.0 * math.log(4.0) / math.sqrt(24.0)
+    assert report["parameters"][0]["deviation_percent"] == pytest.approx(known, rel=0.01)
 
 
-BAD = [
-    ('"pulley.polar_inertia" = {}', "orders", {"file": "none.csv"}, "none.csv"),
-    ('"pulley.inertia" = {}', "orders", {}, r"has no key 'inertia'; did you mean 'polar_inertia'"),
-    ('"zero.flywheel" = {}', "orders", {}, r"parameters.'zero.flywheel': no set of orders is called 'flywheel'"),
-    ("load = { low = 1.2, high = 0.8 }", "orders", {}, r"parameters.'load': low 1.2 is not below high 0.8"),
-    ('load = { low = "2 kg" }', "orders", {}, r"parameters.'load'.low"),
-    ("load = {}", "orders", {"phases": False}, r"order 2 has no phase at 22 of 22 speeds; .*amplitudes_only = true"),
-    ("load = {}", "orders", {"speeds": SPEEDS * 2.0}, r"\d+ of 22 speeds, 3000 to 10000 rev/min, lie outside"),
-    ("load = {}", "orders", {"orders": "[3]"}, r"orders.csv has no order 3"),
-    ("load = {}", "orders", {"noise": '"2 kg"'}, r"\[\[orders\]\] 'pulley'.noise"),
-    ("load = {}", "orders", {"noise": '"1e300 deg"'}, r"\[\[orders\]\] 'pulley'.noise: .*no standard deviation"),
-    ("load = {}", "orders", {"noise": '"1e-300 deg"'}, r"\[\[orders\]\] 'pulley'.noise: .*no standard deviation"),
-    ("load = {}", "orders", {"factor": 6e201}, r"orders.csv: order 2 of pulley.torsion: its amplitude .*correct its"),
-    ("load = { low = 0.8, high = 1e308 }", "orders", {}, r"parameters.'load': 1e\+308 is no value of it"),
-    ("load = { low = -5 }", "orders", {}, r"parameters.'load': -5 is no value of it"),
-    ('"damper.viscosity" = {}', "orders", {}, r"has no table \[damper\]"),
-    ("load = {}", "orders", {"factor": 6e-19, "noise": '"1e-4 deg"'}, r"'pulley': order 2 is \S+e-\d\d \(SI\) or less"),
-    ("load = {}", "orders", {"factor": 6e-299}, r"order 2 is \S+e-3\d\d \(SI\) or less at all speeds; leave it out"),
-    ("load = {}", "orders", {"factor": 0.0}, r"order 2 is 0 at all speeds; leave it out"),
-    ("load = {}", "decay", {}, r"its damping ratio, 0.3, is 10 times that of the best fit; .*ratios\[1\]' as well"),
-    (
-        f'"{FIRST}" = {{ low = 0.01, high = 0.05 }}',
-        "decay alone",
-        {},
-        r"0.3, is \d.* widen the bounds of '.*ratios\[1\]'",
-    ),
-    ("load = {}", "shape", {}, r"'mode 1': its shape has a MAC of 0.\d\d with mode 1 of the best fit"),
-    ("load = {}", "hold_out", {}, r"hold_out.speeds_rpm: 900 was not measured; the data go from 1500 to 5000"),
-    ("load = {}", "nothing", {}, r"has no data; add \[\[orders\]\]"),
-    ("load = {}", "frequencies", {}, r"900.0 Hz, is not the engine's: with load within their bounds it has \d+"),
-    ("load = {}", "both", {}, "derived: applies only to files with .targets. alone"),
-    ("", "orders", {}, "parameters: none is given"),
-    ('"crank.stifness" = {}', "orders", {}, r"is not a key of an engine file; did you mean 'crank\.stiffness'\?"),
-    ('"combustion.heat" = {}\nload = {}\n"mounts.stiffness" = {}', "orders", {}, "mounts"),
-]
 SETS = {
     "orders": "", "nothing": "", "decay alone": DECAY, "decay": DECAY, "frequencies": "[[frequencies]]\nhz = 900\n",
     "hold_out": "[hold_out]\nspeeds_rpm = [900]\n", "shape": "[[modes]]\nshape = { pulley = 1, flywheel = 5 }\n",
@@ -280,20 +213,19 @@ SETS = {
 }  # fmt: skip
 
 
-@pytest.mark.parametrize(("parameters", "sets", "changed", "message"), BAD)
+@pytest.mark.parametrize(("parameters", "sets", "changed", "message"), refused_files()["identify"]["calls"])
 def test_bad_input_is_one_line(four, truth, tmp_path, parameters, sets, changed, message):
     """What is changed of the set of orders: a text is that of a key, anything else belongs to the table."""
     keys = {key: value for key, value in changed.items() if isinstance(value, str)}
-    write(tmp_path, truth[3], **{key: value for key, value in changed.items() if key not in keys})
-    orders = {"name": '"pulley"', "file": '"orders.csv"'} | {
-        k: v if v[0] in '["' else f'"{v}"' for k, v in keys.items()
-    }
-    text = f"[parameters]\n{parameters}\n"
-    if sets not in ("nothing", "decay alone", "frequencies"):
-        text += "[[orders]]\n" + "".join(f"{key} = {value}\n" for key, value in orders.items())
-    with pytest.raises(InputError, match=message) as error:
-        quick(four, measured(tmp_path, text + SETS[sets]), output=tmp_path / "new.toml")
-    assert "\n" not in str(error.value) and not (tmp_path / "new.toml").exists()
+    table = {key: SPEEDS * value if key == "speeds" else value for key, value in changed.items() if key not in keys}
+    write(tmp_path, truth[3], **table)
+    orders = {"name": "pulley", "file": "orders.csv"} | keys
+    lines = [f"{key} = {value if value[0] in '[' else json.dumps(value)}\n" for key, value in orders.items()]
+    text = "".join(["[[orders]]\n", *lines] if sets not in ("nothing", "decay alone", "frequencies") else [])
+    with one_line(match=message):
+        path = measured(tmp_path, f"[parameters]\n{parameters}\n{text}{SETS[sets]}")
+        quick(four, path, output=tmp_path / "new.toml")
+    assert not (tmp_path / "new.toml").exists()
 
 
 WITHIN = slice(16)
@@ -340,18 +272,18 @@ def test_values_of_one_list_have_their_own_intervals_in_its_note(four):
     ]
     found = tomllib.loads(identified_text(text, engine, sought, rows, "data.toml", "four.toml"))["oil"]["temperatures"]
     assert found["value"] == [80, 81]
-    assert "value 1 from data.toml" in found["note"] and "95 % from 70 to 90 degC" in found["note"]
-    assert "value 2 from data.toml" in found["note"] and "95 % from 71 to 91 degC" in found["note"]
+    for k in (0, 1):
+        assert (
+            f"value {k + 1} from data.toml" in found["note"] and f"95 % from {70 + k} to {90 + k} degC" in found["note"]
+        )
 
 
 def test_a_value_without_a_place_in_the_engine_file_is_refused_before_the_search(four, truth, tmp_path, monkeypatch):
     write(tmp_path, truth[3])
     text, entry = four.read_text("utf-8"), "torsional_ratios"
     line = next(one for one in text.splitlines() if one.startswith(entry))
-    own = tmp_path / "own.toml"
-    own.write_text(
-        text.replace(line, f'{entry}.value = [0.03, 0.03]\n{entry}.unit = "1"\n{entry}.origin = "chosen"'), "utf-8"
-    )
+    dotted = f'{entry}.value = [0.03, 0.03]\n{entry}.unit = "1"\n{entry}.origin = "chosen"'
+    own = measured(tmp_path, text.replace(line, dotted), "own.toml")
     monkeypatch.setattr(f"{identify.__module__}.climb", None)  # a search would fail
     with pytest.raises(InputError, match=r"damping.torsional_ratios: is not written as torsional_ratios = "):
         quick(own, measured(tmp_path, PARAMETERS + ORDERS_OF_PULLEY), method="linear", output=tmp_path / "new.toml")
@@ -413,16 +345,6 @@ def test_an_interrupt_keeps_the_best_and_says_so(four, truth, tmp_path, monkeypa
     assert "95 % from" not in text
 
 
-def test_an_angle_about_zero_has_no_relative_deviation():
-    """Percent of nothing say nothing: the encoder's zero of a search that has just begun."""
-    zero = Sought("zero.pulley", 0.0, -0.5, 0.5, math.inf, "deg", math.radians(1.0), in_file=False)
-    confidence = Confidence(np.array([[1e-4]]), 100.0)
-    away = zero.inner(math.radians(20.0))
-    rows = [parameter_row(zero, 0, np.array([u]), confidence, None, None, np.zeros(1)) for u in (0.0, 1e-3, away)]
-    assert [row["deviation_percent"] for row in rows[:2]] == [None, None]
-    assert rows[2]["deviation_percent"] == pytest.approx(100.0 * 0.01 / math.radians(20.0))
-
-
 @pytest.mark.parametrize(
     "part", ["model.TorsionalModel.balanced", *(f"identify.{p}" for p in ("profiles", "bootstrap", "advised"))]
 )
@@ -439,14 +361,6 @@ def test_an_interrupt_behind_the_linear_fit_keeps_its_values(four, truth, tmp_pa
     assert main(["identify", str(four), str(path), "--output", str(new), *levels]) == 130
     assert "the best values so far are in" in capsys.readouterr().err
     assert load_engine(new).pulley.polar_inertia == pytest.approx(inertia(four), rel=0.02)
-
-
-def test_a_peak_is_a_clear_one_inside_the_speeds():
-    speeds = np.linspace(100.0, 200.0, 51)
-    resonance = 1.0 / np.abs(1.0 - (speeds / 150.0) ** 2 + 0.04j * speeds / 150.0)
-    assert checks.peak_hz(speeds, resonance, 4.0) == pytest.approx(4.0 * 150.0 / (2.0 * math.pi), rel=0.01)
-    assert checks.peak_hz(speeds, np.linspace(1.0, 9.0, 51), 4.0) is None
-    assert checks.peak_hz(speeds, 1.0 + 0.1 * np.sin(speeds), 4.0) is None
 
 
 @pytest.mark.slow

@@ -4,7 +4,6 @@ The data are orders of a crank of beams on oil films, by runs in time. A torsion
 """
 
 import math
-from dataclasses import replace
 
 import numpy as np
 import pytest
@@ -15,12 +14,10 @@ from cranktrain.core.errors import InputError, SolverError
 from cranktrain.core.threads import one_thread
 from cranktrain.core.units import RPM
 from cranktrain.engine.file import load_engine
-from cranktrain_lab.identification.comparison import Comparison
 from cranktrain_lab.identification.confidence import confidence_of
 from cranktrain_lab.identification.data import Data
 from cranktrain_lab.identification.identify import prepared, read_measured_file
 from cranktrain_lab.identification.ladder import Ask, climb
-from cranktrain_lab.identification.mapping import imitated
 from cranktrain_lab.identification.model import TorsionalModel
 
 KEYS = ("crank.stiffness", "load")
@@ -55,9 +52,7 @@ def written(folder, name, values, text=TEXT):
     return folder / "measured.toml"
 
 
-@pytest.fixture(
-    scope="module", params=[pytest.param("four_petrol"), pytest.param("v12_petrol", marks=pytest.mark.slow)]
-)
+@pytest.fixture(scope="module", params=["four_petrol", pytest.param("v12_petrol", marks=pytest.mark.slow)])
 def bending(request, tmp_path_factory):
     """An engine's name, and the measured file of its crank of beams on films."""
     with one_thread():
@@ -76,19 +71,6 @@ def test_the_step_to_a_crank_that_bends_is_in_the_interval_of_a_torsional_fit(be
     assert [step["level"] for step in held["above"]] == ["harmonic-balance", "beam in time"]
     away, there = (math.log(value / TRUE[0]) for value in (found["value"], held["above"][-1]["values"][KEYS[0]]))
     assert abs(away) > 0.1 and abs(there) < 0.1 * abs(away)
-
-
-class Told:
-    """Stages and completed fractions of an identification."""
-
-    def __init__(self):
-        self.stages, self.shares = [], []
-
-    def say(self, stage):
-        self.stages.append(stage)
-
-    def follow(self, share, cost):
-        self.shares.append(share)
 
 
 def in_time_as_linear(self, values, crank, settle, tell=lambda stage: None, cycles=None):
@@ -111,19 +93,17 @@ def test_derivatives_of_a_crank_that_bends_are_its_own_and_progress_follows_its_
     monkeypatch.setattr(TorsionalModel, "balanced", lambda self, values: self.answers(values).strands)
     with one_thread():
         path = written(tmp_path, name, model.in_time(np.array(TRUE), "beam", 1e-3), TWO)
-        read = read_measured_file(path)[0]
-        spread, told = {}, Told()
-        for level, ask in (("linear", Ask("linear")), ("time", Ask("time", "beam", above="next"))):
+        read, spread = read_measured_file(path)[0], []
+        for ask in (Ask("linear"), Ask("time", "beam", above="next")):
+            stages, shares = [], []
             own, comparison = prepared(load_engine(name), read, path, lambda stage: None)
-            found = climb(own, comparison, ask, told.say, told.follow if level == "time" else lambda share, cost: None)
-            spread[level] = confidence_of(comparison, found.estimate, np.zeros((0, 2))).deviations
+            found = climb(own, comparison, ask, stages.append, lambda share, cost, shares=shares: shares.append(share))
+            spread.append(confidence_of(comparison, found.estimate, np.zeros((0, 2))).deviations)
     assert np.exp(found.estimate.inner) == pytest.approx(TRUE, rel=0.02)
-    assert spread["time"][1] == pytest.approx(spread["linear"][1] / 1.3, rel=0.15)
-    assert spread["time"][0] == pytest.approx(spread["linear"][0], rel=0.15)
-    runs = [k for k, stage in enumerate(told.stages) if stage.startswith("run at")]
-    assert len(runs) >= 5 * model.speeds.size
-    assert told.shares == sorted(told.shares) and told.shares[-1] > 0.9
-    assert len({round(share, 3) for share in told.shares}) > 40
+    assert spread[1] == pytest.approx(spread[0] / [1.0, 1.3], rel=0.15)
+    assert sum(stage.startswith("run at") for stage in stages) >= 5 * model.speeds.size
+    assert shares == sorted(shares) and shares[-1] > 0.9
+    assert len({round(share, 3) for share in shares}) > 40
 
 
 def test_an_interrupt_within_the_derivatives_keeps_the_best_so_far(tmp_path, monkeypatch):
@@ -166,43 +146,12 @@ def test_where_no_crank_above_answers_the_intervals_leave_its_step_out_and_say_s
         raise SolverError("does not settle")
 
     monkeypatch.setattr(TorsionalModel, "in_time", in_time)
-    name, path = bending
-    said = []
-    read = read_measured_file(path)[0]
+    (name, path), said = bending, []
     with one_thread():
-        model, comparison = prepared(load_engine(name), read, path, said.append)
+        model, comparison = prepared(load_engine(name), read_measured_file(path)[0], path, said.append)
         found = climb(model, comparison, Ask("linear", above="next"), said.append)
     assert [step.level for step in found.beyond] == ["harmonic-balance"]
     assert said[-1] == "no answer by beam in time, whose step the intervals leave out: does not settle"
-
-
-def test_a_model_imitates_itself_where_it_stands():
-    """A level above that answers as the fitted one does moves nothing."""
-    model = measured_model("four_petrol")
-    with one_thread():
-        own = model.answers(np.array(TRUE)).strands
-        comparison = Comparison(
-            model, Data(tuple(replace(s, values=v) for s, v in zip(model.data.strands, own, strict=True))), model.sought
-        )
-        inner = np.log(TRUE)
-        comparison.weigh(comparison.first_biases(own), own)
-        found = imitated(model, comparison, inner, own, 1)
-    assert found == pytest.approx(inner, abs=1e-6)
-
-
-@pytest.mark.parametrize(
-    ("ask", "crank"),
-    [
-        (Ask(above="next"), "beam"),
-        (Ask("linear", "solid", above="next"), "beam"),
-        (Ask(above="solid"), "solid"),
-        (Ask("time", "beam", above="next"), "solid"),
-        (Ask("time", "solid", above="next"), ""),
-        (Ask("time", "beam", above="none"), ""),
-    ],
-)
-def test_the_next_crank_is_the_lowest_above_that_bends(ask, crank):
-    assert ask.crank_above == crank
 
 
 @pytest.mark.parametrize(
@@ -219,3 +168,9 @@ def test_cranks_above_that_are_none_and_ratios_of_a_crank_that_bends_are_refused
     path.write_text(TEXT, "utf-8")
     with pytest.raises(InputError, match=text):
         ct.identify("four_petrol", path, **options)
+
+
+def test_the_next_crank_is_the_lowest_above_that_bends():
+    assert Ask(above="next").crank_above == Ask("linear", "solid", above="next").crank_above == "beam"
+    assert Ask(above="solid").crank_above == Ask("time", "beam", above="next").crank_above == "solid"
+    assert Ask("time", "solid", above="next").crank_above == Ask("time", "beam", above="none").crank_above == ""

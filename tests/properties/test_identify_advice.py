@@ -1,6 +1,7 @@
 """What would narrow a wide interval: the bound of Cramér and Rao falls as the report says once the signal is added."""
 
 import math
+import re
 from dataclasses import replace
 
 import numpy as np
@@ -16,6 +17,7 @@ from cranktrain_lab.identification.confidence import Confidence, confidence_of
 from cranktrain_lab.identification.data import FREQUENCY, RATIO, Data, Scalar
 from cranktrain_lab.identification.estimate import estimate
 from cranktrain_lab.identification.further_signals import further_signals
+from cranktrain_lab.identification.identify import parameter_row
 from cranktrain_lab.identification.ladder import Ask, Climbed, Step, levels_beyond
 from cranktrain_lab.identification.model import TorsionalModel
 from cranktrain_lab.identification.parameters import Sought
@@ -131,20 +133,17 @@ def test_a_move_by_a_level_above_is_left_by_a_fit_of_that_level_and_held_by_a_de
     assert load["add"][0]["states"].startswith("--method time --crank beam, with damping.ratio in place")
     assert load["half_percent"] > 39.0 and load["add"][0]["half_percent"] < 1.0
     assert ratio["half_percent"] > 58.0
-    weak = Scalar("decay", RATIO, 1, 1.0, 0.05, False)
-    signal = next(
-        one for one in further_signals(model, comparison, found.inner) if one.states == "[[decay]] number = 1"
-    )
-    assert signal.agreed and signal.information[0, 0] == pytest.approx(1.0 / weak.deviation**2, rel=1e-3)
+    signals = {one.states: one for one in further_signals(model, comparison, found.inner)}
+    decay = signals["[[decay]] number = 1"]
+    assert decay.agreed and decay.information[0, 0] == pytest.approx(1.0 / 0.05**2, rel=1e-3)
 
 
 def test_a_decay_leaves_of_a_move_the_share_that_orders_have_in_the_information():
     """Of one parameter, with information a of the orders and b of the decay: d a / (a + b)."""
     model, comparison, found = measured("v12_petrol", (4.5, 6.0, 7.5), (FIRST,), 5e-4)
     move = 0.3
-    (row,) = advice_of(
-        model, comparison, found, (Step("beam in time", found.inner + move, 1),), Ask("linear", above="beam")
-    )
+    moved = Step("beam in time", found.inner + move, 1)
+    (row,) = advice_of(model, comparison, found, (moved,), Ask("linear", above="beam"))
     a, b = float(found.information[0, 0] + comparison.known[0, 0]), 1.0 / 0.05**2
     before, after = 1.0 / a + move**2, 1.0 / (a + b) + (move * a / (a + b)) ** 2
     decay = row["add"][0]
@@ -169,9 +168,13 @@ def test_numbers_beside_orders_hold_the_estimate_against_the_level_above(monkeyp
     assert moves[0] == pytest.approx(math.log(1.5), rel=0.05) and moves[1] < 0.3 * moves[0]
 
 
-def test_an_angle_about_zero_has_no_relative_interval_and_one_far_from_it_has():
+def test_an_angle_about_zero_has_no_relative_interval_or_deviation_and_one_far_from_it_has():
+    """Percent of nothing say nothing: the encoder's zero of a search that has just begun."""
     zero = Sought("zero.pulley", 0.0, -0.5, 0.5, math.inf, "deg", math.radians(1.0), in_file=False)
     sure = Confidence(np.array([[1e-4]]), 1e6)
+    rows = [parameter_row(zero, 0, np.array([zero.inner(u)]), sure, None, None, np.zeros(1)) for u in (0.0, 1e-3, 0.4)]
+    assert [row["deviation_percent"] for row in rows[:2]] == [None, None]
+    assert rows[2]["deviation_percent"] == pytest.approx(100.0 * 0.01 / 0.4)
     assert half_intervals([zero], np.array([0.001]), sure.covariance, sure.reach) == [0.0]
     far = half_intervals([zero], np.array([zero.inner(0.4)]), sure.covariance, sure.reach)
     assert far == pytest.approx([1.96 * 0.01 / 0.4], rel=1e-3)
@@ -181,12 +184,11 @@ def test_the_command_prints_one_sentence_for_each_wide_parameter(tmp_path, capsy
     """Of a frequency alone neither inertia nor stiffness is known; the start of a line names what would tell them."""
     data = Data((), (Scalar("hz", FREQUENCY, 1, 1.0, 0.005, False),))
     (hz,) = model_of(load_engine("single_petrol"), ["load"], data).numbers(np.ones(1))
-    path = tmp_path / "measured.toml"
-    path.write_text(
-        f'[parameters]\n"pulley.polar_inertia" = {{}}\n"crank.stiffness" = {{}}\n[[frequencies]]\nhz = {hz:.2f}\n',
-        "utf-8",
-    )
+    path, keys = tmp_path / "measured.toml", '"pulley.polar_inertia" = {}\n"crank.stiffness" = {}\n'
+    path.write_text(f"[parameters]\n{keys}[[frequencies]]\nhz = {hz:.2f}\n", "utf-8")
     assert main(["identify", "single_petrol", str(path), "--bootstrap", "0", "--no-profile"]) == 0
-    lines = [line for line in capsys.readouterr().out.splitlines() if line.startswith("Narrower: ")]
+    told = capsys.readouterr().out
+    assert re.search(r"pulley.polar_inertia and crank.stiffness|crank.stiffness and pulley.polar_inertia", told)
+    lines = [line for line in told.splitlines() if line.startswith("Narrower: ")]
     assert [line.split()[1] for line in lines] == ["pulley.polar_inertia", "crank.stiffness"]
     assert all("would narrow this to ±" in line for line in lines)

@@ -7,6 +7,7 @@ import numpy as np
 import pytest
 from identified import identified, places, stated, write_orders
 from one_line import one_line
+from refusals import refused_files
 
 from cranktrain.cli.main import main
 from cranktrain.core.errors import InputError
@@ -18,7 +19,7 @@ from cranktrain.results.orders.harmonics import CYCLE
 from cranktrain.structure.assembly import assemble
 from cranktrain.studies.run_up.steady import Job, SteadyRuns
 from cranktrain_lab.identification.model import TorsionalModel
-from cranktrain_lab.identification.orbit_runs import HIGHEST, Series
+from cranktrain_lab.identification.orbit_runs import HIGHEST, OrbitModel, Series
 from cranktrain_lab.identification.orbits import read_orbits
 from cranktrain_lab.identification.tables import OrbitTable
 
@@ -44,11 +45,14 @@ def orbit(single):
 
 def wider(engine):
     """The engine with a wider clearance and oil of one temperature."""
-    bearing, oil = engine.main_bearing, engine.oil
-    return replace(
-        engine.without_additions, main_bearing=replace(bearing, clearance=WIDER * bearing.clearance),
-        oil=replace(oil, temperatures=len(oil.temperatures) * (WARM,)),
-    )  # fmt: skip
+    bearing = replace(engine.main_bearing, clearance=WIDER * engine.main_bearing.clearance)
+    oil = replace(engine.oil, temperatures=len(engine.oil.temperatures) * (WARM,))
+    return replace(engine.without_additions, main_bearing=bearing, oil=oil)
+
+
+def clearance_of(name):
+    """The true clearance, um."""
+    return 1e6 * WIDER * load_engine(name).main_bearing.clearance
 
 
 def orbit_of(engine, bearing, **levels):
@@ -61,25 +65,19 @@ def orbit_of(engine, bearing, **levels):
     return Series(mean, np.array([own.amplitudes[name] for name in names])).at(ANGLES)
 
 
-def write_orbit(
-    folder, orbit, noise=0.5, seed=1, unit="um", factor=1e6, place=9.0 - 5.0j, angles=ANGLES, turn=0.0, name="orbit.csv"
-):
+def write_orbit(folder, orbit, noise=0.5, seed=1, unit="um", factor=1e6, place=9.0 - 5.0j, angles=ANGLES, turn=0.0):
     """Table of an orbit with noise and an unknown place of the probes, um."""
-    rng = np.random.default_rng(seed)
-    own = factor * np.exp(-1j * turn) * (
-        orbit + 1e-6 * (noise * (rng.normal(size=orbit.size) + 1j * rng.normal(size=orbit.size)) + place)
-    )  # fmt: skip
+    real, imaginary = np.random.default_rng(seed).normal(size=(2, orbit.size))
+    own = factor * np.exp(-1j * turn) * (orbit + 1e-6 * (noise * (real + 1j * imaginary) + place))
     lines = [f"{math.degrees(a):.4f},{z.real:.9g},{z.imag:.9g}" for a, z in zip(angles, own, strict=True)]
-    path = folder / name
+    path = folder / "orbit.csv"
     path.write_text("\n".join([f"crank_angle [deg],x [{unit}],y [{unit}]", *lines]) + "\n", "utf-8")
     return path
 
 
 def in_time(engine, folder, text, **more):
     """Rows of the parameters by key, and the report, by runs in time of a beam crank."""
-    return identified(
-        engine, folder / "measured.toml", text, **{"method": "time", "crank": "beam", "profile": True, **more}
-    )
+    return identified(engine, folder / "measured.toml", text, method="time", crank="beam", profile=True, **more)
 
 
 def read(engine, folder, **more):
@@ -93,8 +91,7 @@ def test_an_orbit_knows_clearance_and_temperature_where_its_place_is_unknown(sin
     """Noise of 0.5 um on an orbit of some 20 um: both values within their intervals, and those narrow."""
     write_orbit(tmp_path, orbit, seed=seed)
     found, report = in_time(single, tmp_path, PARAMETERS + ORBIT)
-    clearance, warm = found["main_bearing.clearance"], found["oil.temperatures"]
-    own = 1e6 * WIDER * load_engine(single).main_bearing.clearance
+    clearance, warm, own = found["main_bearing.clearance"], found["oil.temperatures"], clearance_of(single)
     assert clearance["low"] <= own <= clearance["high"] and clearance["value"] == pytest.approx(own, rel=0.01)
     assert warm["low"] <= WARM - 273.15 <= warm["high"]
     # Noise alone would leave 1 K; better films would move it by some two.
@@ -111,8 +108,7 @@ def test_the_level_above_is_an_error_that_intervals_hold_and_the_report_names(si
     """Films by Reynolds' equation: residuals hardly show them, but one run of them says how far they would move."""
     write_orbit(tmp_path, orbit_of(wider(load_engine(single)), 2, bearings="reynolds"), noise=0.1)
     found, report = in_time(single, tmp_path, PARAMETERS + ORBIT)
-    clearance = found["main_bearing.clearance"]
-    own = 1e6 * WIDER * load_engine(single).main_bearing.clearance
+    clearance, own = found["main_bearing.clearance"], clearance_of(single)
     assert clearance["value"] == pytest.approx(own, rel=0.1)
     assert clearance["low"] <= own <= clearance["high"]
     away = 100.0 * math.log(own / clearance["value"])
@@ -125,8 +121,7 @@ def test_viscosity_and_clearance_of_one_orbit_beside_its_gain(single, orbit, tmp
     write_orbit(tmp_path, orbit, place=0.0, noise=0.2, factor=0.9e6)
     text = '[parameters]\n"main_bearing.clearance" = {}\n"oil.temperatures" = { low = "60 degC", high = "120 degC" }\n'
     found, _ = in_time(single, tmp_path, text + '"scale.orbit" = {}\n' + ORBIT + 'centre = "bore"\n')
-    own = 1e6 * WIDER * load_engine(single).main_bearing.clearance
-    true = {"scale.orbit": 0.9, "main_bearing.clearance": own, "oil.temperatures": WARM - 273.15}
+    true = {"scale.orbit": 0.9, "main_bearing.clearance": clearance_of(single), "oil.temperatures": WARM - 273.15}
     for key, value in true.items():
         assert found[key]["low"] <= value <= found[key]["high"], key
         assert found[key]["value"] == pytest.approx(value, rel=0.05), key
@@ -156,8 +151,7 @@ def test_orders_and_an_orbit_are_fitted_together(single, orbit, tmp_path, monkey
     assert solid["values"] == pytest.approx(films["values"], rel=1e-3)
     assert [step["level"] for step in report["levels"]] == ["linear", "harmonic-balance", "time"]
     assert found["load"]["value"] == pytest.approx(1.0, rel=0.01)
-    own = 1e6 * WIDER * load_engine(single).main_bearing.clearance
-    assert found["main_bearing.clearance"]["value"] == pytest.approx(own, rel=0.01)
+    assert found["main_bearing.clearance"]["value"] == pytest.approx(clearance_of(single), rel=0.01)
     assert len(report["orders"]) == 3 and len(report["orbits"]) == 1
 
 
@@ -169,21 +163,18 @@ def test_units_probes_cycles_and_columns_give_the_same_orbit(single, orbit, tmp_
     write_orbit(tmp_path, orbit, noise=0.0, unit="mm", factor=1e3)
     assert read(single, tmp_path).values == pytest.approx(own.values, abs=1e-13)
     write_orbit(tmp_path, orbit, noise=0.0, turn=math.radians(45.0))
-    assert read(single, tmp_path, probe_angle="45 deg").values == pytest.approx(own.values, abs=1e-13)
-    assert read(single, tmp_path, probe_angle=45.0).values == pytest.approx(own.values, abs=1e-13)
-    write_orbit(tmp_path, np.tile(orbit, 3), noise=0.0, angles=np.concatenate((ANGLES, ANGLES, ANGLES)))
-    assert read(single, tmp_path).values == pytest.approx(own.values, abs=1e-13)
+    for angle in ("45 deg", 45.0):
+        assert read(single, tmp_path, probe_angle=angle).values == pytest.approx(own.values, abs=1e-13)
+    write_orbit(tmp_path, np.tile(orbit, 3), noise=0.0, angles=np.tile(ANGLES, 3))
+    thrice = read(single, tmp_path, noise="0.6 um")
+    assert thrice.values == pytest.approx(own.values, abs=1e-13)
+    assert thrice.noise == pytest.approx(0.6e-6 / math.sqrt(6.0))  # stated of a sample; a point is the mean of six
     write_orbit(tmp_path, np.roll(orbit, -180), noise=0.0, angles=ANGLES + 0.5 * CYCLE)
     assert read(single, tmp_path).values == pytest.approx(own.values, abs=1e-13)
     path = tmp_path / "orbit.csv"
     path.write_text(path.read_text("utf-8").replace("x [um],y [um]", "probe A [um],probe B [um]"), "utf-8")
     columns = ["crank_angle", "probe A", "probe B"]
     assert read(single, tmp_path, columns=columns).values == pytest.approx(own.values, abs=1e-13)
-
-
-def test_stated_noise_is_that_of_a_sample_and_falls_with_the_cycles(single, orbit, tmp_path):
-    write_orbit(tmp_path, np.tile(orbit, 3), angles=np.concatenate((ANGLES, ANGLES, ANGLES)))
-    assert read(single, tmp_path, noise="0.6 um").noise == pytest.approx(0.6e-6 / math.sqrt(6.0))
 
 
 def test_an_orbit_may_lie_a_twentieth_beyond_the_engines_speeds(single, orbit, tmp_path):
@@ -195,27 +186,11 @@ def test_an_orbit_may_lie_a_twentieth_beyond_the_engines_speeds(single, orbit, t
             read(single, tmp_path, rpm=rpm)
 
 
-@pytest.mark.parametrize(
-    ("more", "said"),
-    [
-        ({"bearing": '"mian[2]"'}, "no main bearing is called 'mian[2]'; did you mean 'main[2]'?"),
-        ({"bearing": '"main[9]"'}, "no main bearing is called 'main[9]'"),
-        ({"rpm": "90000"}, "rpm"),
-        ({"rpm": "200"}, "200 rev/min lies outside the speeds of 'single_petrol', 1400 to 9000 rev/min"),
-        ({"rpm": None}, "rpm"),
-        ({"columns": '["x", "y"]'}, "columns names 2; name three, of angle, x and y"),
-        ({"columns": '["crank_angle", "x", "z"]'}, "no column 'z'"),
-        ({"noise": '"0.5 deg"'}, "noise"),
-        ({"noise": "-1.0"}, "is no standard deviation; write '0.5 um'"),
-        ({"probe_angle": '"45 um"'}, "probe_angle"),
-        ({"centre": '"middle"'}, "centre"),
-        ({"file": '"nowhere.csv"'}, "nowhere.csv"),
-    ],
-)
-def test_a_table_that_cannot_be_used_is_refused_in_one_line(single, orbit, tmp_path, more, said):
+@pytest.mark.parametrize(("key", "value", "said"), refused_files()["identify"]["orbits"])
+def test_a_table_that_cannot_be_used_is_refused_in_one_line(single, orbit, tmp_path, key, value, said):
     write_orbit(tmp_path, orbit)
-    keys = {"file": '"orbit.csv"', "bearing": '"main[2]"', "rpm": "2500"} | more
-    text = "".join(f"{key} = {value}\n" for key, value in keys.items() if value is not None)
+    keys = {"file": '"orbit.csv"', "bearing": '"main[2]"', "rpm": "2500", key: value}
+    text = "".join(f"{name} = {stated}\n" for name, stated in keys.items() if stated)
     refused(single, tmp_path, f"{PARAMETERS}[[orbit]]\n{text}", said)
 
 
@@ -243,29 +218,17 @@ def test_files_that_are_no_orbit_of_the_bearing_are_refused(
     refused(single, tmp_path, parameters + ORBIT, said)
 
 
-def test_a_level_without_films_is_refused_with_the_one_to_take(single, orbit, tmp_path):
+def test_levels_without_films_and_rollers_are_refused(single, orbit, tmp_path):
     write_orbit(tmp_path, orbit)
-    text = PARAMETERS + ORBIT
-    refused(
-        single,
-        tmp_path,
-        text,
-        "method 'linear' has no oil films; an orbit takes",
-        method="linear",
-        crank=None,
-    )
+    text, said = PARAMETERS + ORBIT, "method 'linear' has no oil films; an orbit takes"
+    refused(single, tmp_path, text, said, method="linear", crank=None)
     refused(single, tmp_path, text, "crank level 'torsional' are of level 'held'", crank=None)
-
-
-def test_rollers_have_no_orbit(orbit, tmp_path):
-    write_orbit(tmp_path, orbit)
-    text = PARAMETERS.replace("main_bearing", "big_end_bearing") + ORBIT
-    refused("diesel_v8", tmp_path, text, "main[2] of 'diesel_v8' runs on rollers, whose orbit no oil film determines")
+    text, said = text.replace("main_bearing", "big_end_bearing"), "runs on rollers, whose orbit no oil film determines"
+    refused("diesel_v8", tmp_path, text, f"main[2] of 'diesel_v8' {said}")
 
 
 def test_an_interrupt_before_the_first_orbit_is_answered_keeps_what_orders_gave(single, orbit, tmp_path, monkeypatch):
     """With no other data nothing was found; the command ends with the code of an interrupt and no report."""
-    from cranktrain_lab.identification.orbit_runs import OrbitModel
 
     def in_time(self, values):
         raise KeyboardInterrupt

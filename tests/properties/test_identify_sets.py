@@ -7,7 +7,6 @@ import numpy as np
 import pytest
 from identified import identified, model_of, places, stated, write_orders
 
-import cranktrain as ct
 from cranktrain.core.threads import one_thread
 from cranktrain.core.typed_file import record
 from cranktrain.core.units import RPM
@@ -66,21 +65,15 @@ def test_runs_in_time_correct_what_harmonic_balance_found(four, tmp_path):
 def test_targets_and_mounts_stand_beside_frequencies_of_twist(tmp_path):
     """A bending target and the lowest frequency on the mounts, of softer mounts and a heavier pulley, found again."""
     engine = load_engine("diesel_i6")
-    soft = replace(
-        engine, mounts=replace(engine.mounts, stiffness_y=tuple(0.7 * one for one in engine.mounts.stiffness_y)),
-        pulley=replace(
-            engine.pulley, polar_inertia=1.15 * engine.pulley.polar_inertia,
-            diametral_inertia=1.15 * engine.pulley.diametral_inertia,
-        ),
-    )  # fmt: skip
-    read = record(MeasuredTable, {
-        "block": "flexible",
-        "targets": {"bending": {"shape": "bending", "hz": 200.0, "tolerance": 0.01, "source": "test"}},
-    })  # fmt: skip
+    mounts, pulley = engine.mounts, engine.pulley
+    inertias = {key: 1.15 * getattr(pulley, key) for key in ("polar_inertia", "diametral_inertia")}
+    softer = replace(mounts, stiffness_y=tuple(0.7 * one for one in mounts.stiffness_y))
+    soft = replace(engine, mounts=softer, pulley=replace(pulley, **inertias))
+    target = {"shape": "bending", "hz": 200.0, "tolerance": 0.01, "source": "test"}
+    read = record(MeasuredTable, {"block": "flexible", "targets": {"bending": target}})
+    on_mounts = [Scalar("mounts", MOUNTS, 1, 1.0, 0.01, False)]
     with one_thread():
-        bending, vertical = Bending(
-            engine, read, [Scalar("mounts", MOUNTS, 1, 1.0, 0.01, False)], lambda stage: None
-        ).frequencies(soft)  # fmt: skip
+        bending, vertical = Bending(engine, read, on_mounts, lambda stage: None).frequencies(soft)
         # The crank of the engine itself: one that is made for another pulley is tuned to that.
         model = model_of(engine, ["pulley.polar_inertia"], Data(), inherit=False)
         first = Scalar("first", FREQUENCY, 1, 200.0, 0.01, False)
@@ -108,56 +101,3 @@ source = "test"
     kinds = {row["kind"]: row["over_deviation"] for row in report["numbers"]}
     assert set(kinds) == {FREQUENCY, TARGET, MOUNTS} and max(map(abs, kinds.values())) < 0.1
     assert not report["told_apart"]
-
-
-@pytest.mark.slow
-def test_identify_and_calibrate_find_the_same_values_of_the_same_file(tmp_path):
-    """One search and one file form: values, file and deviations are equal."""
-    text = """[targets.first_torsion]
-shape = "torsional"
-number = 1
-hz = 240
-tolerance = 0.002
-source = "test"
-[parameters]
-"pulley.polar_inertia" = { low = 0.045, high = 0.06, unit = "kg m^2" }
-"""
-    (tmp_path / "six.targets.toml").write_text(text, "utf-8")
-    one = ct.identify("diesel_i6", tmp_path / "six.targets.toml", output=tmp_path / "one.toml", evaluations=20000)
-    other = ct.identify("diesel_i6", tmp_path / "six.targets.toml", output=tmp_path / "other.toml")
-    assert not one["confirmed"] and one["targets"] == other["targets"]
-    assert [row["value"] for row in one["parameters"]] == [row["value"] for row in other["parameters"]]
-    assert (tmp_path / "one.toml").read_text("utf-8") == (tmp_path / "other.toml").read_text("utf-8")
-    # A tolerance of 0.2 % over the sensitivity of the frequency, within the uniform prior of the bounds.
-    slope = one["targets"][0]["sensitivities"]["pulley.polar_inertia"]
-    known = 1.0 / math.hypot(slope / 0.002, math.sqrt(12.0) / math.log(0.06 / 0.045))
-    assert other["parameters"][0]["deviation_percent"] == pytest.approx(100.0 * known, rel=1e-6)
-
-
-@pytest.mark.slow
-def test_orders_and_mounts_of_one_file_are_fitted_together_and_held_out_speeds_lie_in_their_bands(tmp_path):
-    """A six on softer mounts with a lower load: orders know the load, the frequency on the mounts their stiffness."""
-    engine, path = load_engine("diesel_i6"), stated("diesel_i6", tmp_path)
-    stiffness = engine.mounts.stiffness_y
-    soft = replace(engine, mounts=replace(engine.mounts, stiffness_y=tuple(0.8 * one for one in stiffness)))
-    speeds = np.linspace(*np.array(engine.speeds) / RPM, 14)[1:-1]
-    data = places(speeds * RPM, (1.5, 3.0, 4.5, 6.0))
-    with one_thread():
-        bending = Bending(
-            engine, record(MeasuredTable, {}), [Scalar("mounts", MOUNTS, 1, 1.0, 0.01, False)], lambda stage: None
-        )
-        (vertical,) = bending.frequencies(soft)
-        values = model_of(load_engine(path), ("load",), Data(data)).balanced(np.array([0.92]))
-    write_orders(tmp_path / "orders.csv", data, values, largest(values, 0.005), 1)
-    held = [float(speeds[3]), float(speeds[7])]
-    found, report = identified(
-        path, tmp_path / "measured.toml",
-        'damper = false\n[parameters]\nload = { low = 0.7, high = 1.2 }\n"mounts.stiffness_y" = {}\n'
-        '[[orders]]\nfile = "orders.csv"\n[[frequencies]]\nof = "mounts"\n'
-        f"hz = {vertical:.5f}\n[hold_out]\nspeeds_rpm = {held}\n",
-    )  # fmt: skip
-    assert found["load"]["low"] <= 0.92 <= found["load"]["high"]
-    assert found["load"]["value"] == pytest.approx(0.92, rel=0.01)
-    assert found["mounts.stiffness_y"]["value"] == pytest.approx(0.8 * stiffness[0], rel=0.02)
-    assert abs(report["numbers"][0]["over_deviation"]) < 0.1 and not report["told_apart"]
-    assert len(report["held_out"]) == 8 and sum(row["inside"] for row in report["held_out"]) >= 7

@@ -23,7 +23,11 @@ SIX = load_engine("diesel_i6")
 SIX = replace(SIX, reduction=replace(SIX.reduction, torsional_source="ker-wilson"))
 
 
-def test_the_cranktrain_decays_as_the_level_above():
+def test_the_cranktrain_decays_as_the_level_above_and_a_body_keeps_its_own_damping():
+    """They are taken at the resonance of the lowest firing order that lies within the speeds of the oil's table."""
+    for hz, order in ((100.0, 3.0), (238.0, 6.0)):
+        assert resonance_speed(SIX, hz) * 30.0 / math.pi == pytest.approx(hz * 60.0 / order)
+    assert CRANKS["torsional"].inherits == "beam"
     body = crank_body(SIX, "torsional")
     ratios = np.array([0.08, 0.05])
     damping = equivalent_damping(SIX, body, ratios)
@@ -32,14 +36,11 @@ def test_the_cranktrain_decays_as_the_level_above():
     stiffness, mass = (matrix[5:, 5:] for matrix in cranktrain_matrices(SIX, body))
     modes = damped_modes(stiffness, np.diag(damping[5:]), mass)
     assert modes.damping_ratios[:2] == pytest.approx(ratios, rel=0.05)
-
-
-def test_a_body_s_own_damping_stays_with_it():
-    body = crank_body(SIX, "torsional")
+    # A body's own damping stays with it.
     damped = replace(body, damping=np.linspace(0.0, 90.0, body.n_modes))
     assert structural_damping(SIX, damped) is damped.damping
-    cut = truncate(damped, float(damped.frequencies_hz[7]) + 1.0)
-    assert cut.damping == pytest.approx(damped.damping[:8])
+    assert truncate(damped, float(damped.frequencies_hz[7]) + 1.0).damping == pytest.approx(damped.damping[:8])
+    assert assemble(SIX, Settings(crank="torsional"), inherit=False).body.damping.size == 0
 
 
 @pytest.mark.parametrize("name", ["diesel_i6", "diesel_v8"])
@@ -55,11 +56,6 @@ def test_a_crank_that_bends_names_the_second_torsional_mode_of_one_that_does_not
     assert beam[1] == pytest.approx(twists[1], rel=0.08)
 
 
-def test_resonance_is_at_the_highest_firing_order_s_speed_within_the_oil_s_table():
-    assert resonance_speed(SIX, 238.0) * 30.0 / math.pi == pytest.approx(238.0 * 60.0 / 6.0)
-    assert CRANKS["torsional"].inherits == "beam"
-
-
 @pytest.mark.slow
 @pytest.mark.parametrize("name", ["diesel_i6", "diesel_v8"])
 def test_torsion_at_resonance_is_that_of_the_level_above(name):
@@ -68,7 +64,3 @@ def test_torsion_at_resonance_is_that_of_the_level_above(name):
     assert all(found[case]["within"] for case in ("beam", "torsional", "without"))
     assert found["torsional"]["deg"] == pytest.approx(found["beam"]["deg"], rel=0.2)
     assert found["without"]["deg"] > 1.5 * found["beam"]["deg"]
-
-
-def test_inheritance_can_be_left_out():
-    assert assemble(SIX, Settings(crank="torsional"), inherit=False).body.damping.size == 0

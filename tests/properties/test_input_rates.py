@@ -24,14 +24,12 @@ HELD = {"crank": "rigid", "bearings": "held", "gas_source": "input", "reconstruc
 
 
 def values(t):
-    """All inputs at a time, known beforehand, and their rates."""
-    c = np.arange(6)
-    turn = 0.5 * SPEED * t + c
+    """All inputs at a time, known beforehand, and their rates: speed, pressures, torque of valves, and nothing else."""
+    turn = 0.5 * SPEED * t + np.arange(6)
     pressures, slopes = 1e5 * (4.0 + 3.0 * np.sin(turn)), 1e5 * 1.5 * SPEED * np.cos(turn)
-    speed, acceleration = SPEED + 5.0 * math.sin(SWING * t), 5.0 * SWING * math.cos(SWING * t)
-    torque, change = 30.0 * math.sin(70.0 * t), 2100.0 * math.cos(70.0 * t)
-    behind, slopes_behind = (0.0, torque, 0.0, 0.0, *np.zeros(6)), (0.0, change, 0.0, 0.0, *np.zeros(6))
-    return np.array([speed, *pressures, *behind]), np.array([acceleration, *slopes, *slopes_behind])
+    found = [SPEED + 5.0 * math.sin(SWING * t), *pressures, 0.0, 30.0 * math.sin(70.0 * t), *np.zeros(8)]
+    rates = [5.0 * SWING * math.cos(SWING * t), *slopes, 0.0, 2100.0 * math.cos(70.0 * t), *np.zeros(8)]
+    return np.array(found), np.array(rates)
 
 
 def begun(**chosen):
@@ -51,9 +49,7 @@ def ends(count, rates, **chosen):
         if rates:
             simulation.input_rates[:] = given
         simulation.step((k + 1) * h)
-    return np.array(
-        [simulation.outputs[simulation.output_names.index(n)] for n in ("flywheel.torsion", "shaft.torque")]
-    )
+    return simulation.outputs[[simulation.output_names.index(name) for name in ("flywheel.torsion", "shaft.torque")]]
 
 
 @cache

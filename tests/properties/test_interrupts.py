@@ -30,9 +30,8 @@ from cranktrain.studies.run_up.steady import Job, SteadyRuns
 
 pytestmark = pytest.mark.skipif(os.name == "nt", reason="signals of POSIX")
 LINE = "cranktrain: interrupted; nothing was written, and what earlier runs wrote is kept\n"
-WHILE_LOADING = """
-import os, signal, sys
-from cranktrain.cli.main import main
+SENDS = """
+import os, runpy, signal, sys
 
 class Sends:
     def find_spec(self, name, path=None, target=None):
@@ -41,11 +40,19 @@ class Sends:
             os.kill(os.getpid(), {number})
         return None
 
+class Late:
+    def __del__(self):
+        os.kill(os.getpid(), {number})
+
 signal.signal(signal.SIGINT, signal.default_int_handler)  # a background job is started with it ignored
 sys.meta_path.insert(0, Sends())
-sys.exit(main(["modal", "diesel_i6", "--json"]))
+if {module!r} == "late":
+    sys.modules["late"] = Late()  # removed when the interpreter is taken down
+sys.orig_argv = [sys.executable, "-m", "cranktrain"]
+sys.argv = ["cranktrain", {verb!r}, *{arguments}, "--json"]
+runpy.run_module("cranktrain", run_name="__main__", alter_sys=True)
 """
-
+"""The command, to which a signal is sent when it loads a module, or as its interpreter goes."""
 
 NUMBERS = pytest.mark.parametrize("number", [signal.SIGINT, signal.SIGTERM])
 
@@ -56,18 +63,22 @@ def ran(folder, script):
     return subprocess.run(command, capture_output=True, text=True, cwd=folder, timeout=300, check=False)
 
 
-def is_told(done, number):
-    assert (done.returncode, done.stderr) == (128 + number, LINE)
-    assert json.loads(done.stdout)["error"]["what"] == "interrupted"
+def as_command(folder, number, module, verb, *arguments):
+    return ran(folder, SENDS.format(module=module, number=int(number), verb=verb, arguments=arguments))
 
 
 @NUMBERS
 @pytest.mark.parametrize(
-    "module", ["rich.console", "numpy._core.multiarray", "numpy.linalg", "numpy.random.mtrand", "scipy.sparse.linalg"]
-)
-def test_while_libraries_are_loaded_it_is_one_line(tmp_path, module, number):
+    ("verb", "module"),
+    [*(("modal", name) for name in ("rich.console", "numpy._core.multiarray", "numpy.linalg", "numpy.random.mtrand",
+                                    "scipy.sparse.linalg")),
+     *(("engines", name) for name in ("cranktrain.cli.main", "argparse", "cranktrain.core.errors"))],
+)  # fmt: skip
+def test_while_libraries_and_the_command_are_loaded_it_is_one_line(tmp_path, verb, module, number):
     """The first second: some libraries make another error of it, or swallow it."""
-    is_told(ran(tmp_path, WHILE_LOADING.format(module=module, number=int(number))), number)
+    done = as_command(tmp_path, number, module, verb, *(["diesel_i6"] if verb == "modal" else []))
+    assert (done.returncode, done.stderr) == (128 + number, LINE)
+    assert json.loads(done.stdout)["error"]["what"] == "interrupted"
 
 
 def raised(error):
@@ -111,7 +122,7 @@ def test_the_exit_code_is_that_of_the_signal(monkeypatch, capsys, number, ending
     assert capsys.readouterr().err.startswith(said) and signal.getsignal(signal.SIGINT) is before
 
 
-def test_files_that_were_written_before_are_named(monkeypatch, capsys, tmp_path):
+def test_files_that_were_written_before_are_named_and_memory_is_no_fault_of_the_program(monkeypatch, capsys, tmp_path):
     def run(options):
         with files.whole_file(tmp_path / "first.txt") as place:
             place.write_text("x")
@@ -121,11 +132,7 @@ def test_files_that_were_written_before_are_named(monkeypatch, capsys, tmp_path)
     monkeypatch.setattr(files, "WRITTEN", [])
     assert main(["engines"]) == 130
     assert "written before: " in (said := capsys.readouterr().err) and "first.txt" in said
-
-
-def test_memory_that_is_not_enough_is_no_fault_of_the_program(monkeypatch, capsys):
-    error = MemoryError("Unable to allocate 73. TiB")
-    monkeypatch.setattr(engines, "answer", raised(error), raising=False)
+    monkeypatch.setattr(engines, "answer", raised(MemoryError("Unable to allocate 73. TiB")), raising=False)
     assert main(["engines"]) == 2
     assert "the memory is not enough (Unable to allocate 73. TiB)" in capsys.readouterr().err
 
@@ -162,10 +169,9 @@ def test_a_run_up_that_is_interrupted_at_every_second_speed_is_the_whole_one(tmp
     calls.clear()
     often = run_up(replace(asked), speeds, path, means, {}).run_up
     assert np.array_equal(often.speeds, whole.speeds) and np.array_equal(often.cycles, whole.cycles)
-    for name, amplitudes in whole.amplitudes.items():
-        assert np.abs(often.amplitudes[name] - amplitudes).max() <= 1e-9 * np.abs(amplitudes).max()
-    for name, extremes in whole.extremes.items():
-        assert np.abs(often.extremes[name] - extremes).max() <= 1e-9 * max(np.abs(extremes).max(), 1e-12), name
+    for ours, theirs in ((often.amplitudes, whole.amplitudes), (often.extremes, whole.extremes)):
+        for name, values in theirs.items():
+            assert np.abs(ours[name] - values).max() <= 1e-9 * max(np.abs(values).max(), 1e-12), name
     assert not journal_place(path.with_name(f"{path.name}.starts")).exists()
 
 
@@ -187,16 +193,13 @@ def test_a_speed_that_is_interrupted_is_not_begun_anew_nor_kept_as_finished(monk
 
 
 def test_the_motions_of_finished_speeds_come_back_as_they_were(tmp_path):
+    """What else a start has is in the run-up above, which goes on from it."""
     start = SteadyRuns(job("torsional", "held")).at(1500.0 * RPM).start
     for one in (start, start._replace(temperatures=np.array([350.0]), learned=None)):
         keep_start(tmp_path / "up.h5", "tie", one)
     first, second = kept_starts(tmp_path / "up.h5", "tie")
-    assert np.array_equal(first.motion.place, start.motion.place) and first.motion.lead == start.motion.lead
+    assert np.array_equal(first.motion.place, start.motion.place) and first.temperatures is None
     assert (first.speed, first.shaft_angle, first.periodic) == (start.speed, start.shaft_angle, start.periodic)
-    assert np.array_equal(first.films, start.films) and first.temperatures is None
-    if start.learned is not None:
-        assert first.learned.free.decay == start.learned.free.decay
-        assert np.array_equal(first.learned.free.shape, start.learned.free.shape)
     assert second.temperatures.tolist() == [350.0] and second.learned is None
     assert kept_starts(tmp_path / "up.h5", "another") == []
     drop_starts(tmp_path / "up.h5")
@@ -216,44 +219,10 @@ def test_an_interrupt_before_the_first_speed_says_what_an_older_file_keeps(tmp_p
     assert "run the command without --anew again" in capsys.readouterr().err
 
 
-OUTSIDE = """
-import os, runpy, signal, sys
-
-class Sends:
-    def find_spec(self, name, path=None, target=None):
-        if name == {module!r}:
-            os.kill(os.getpid(), {number})
-        return None
-
-class Late:
-    def __del__(self):
-        os.kill(os.getpid(), {number})
-
-signal.signal(signal.SIGINT, signal.default_int_handler)
-sys.meta_path.insert(0, Sends())
-if {late}:
-    sys.modules["late"] = Late()  # removed when the interpreter is taken down
-sys.orig_argv = [sys.executable, "-m", "cranktrain"]
-sys.argv = ["cranktrain", "engines", "--json"]
-runpy.run_module("cranktrain", run_name="__main__", alter_sys=True)
-"""
-
-
-def as_command(folder, number, module="", late=False):
-    """The command in a process, to which a signal is sent when it loads a module or as its interpreter goes."""
-    return ran(folder, OUTSIDE.format(module=module, number=int(number), late=late))
-
-
-@NUMBERS
-@pytest.mark.parametrize("module", ["cranktrain.cli.main", "argparse", "cranktrain.core.errors"])
-def test_before_the_verb_begins_it_is_one_line(tmp_path, number, module):
-    is_told(as_command(tmp_path, number, module), number)
-
-
 @NUMBERS
 def test_once_the_verb_has_ended_its_exit_code_stands(tmp_path, number):
     """Python gives signals back to the system while it takes its modules down."""
-    done = as_command(tmp_path, number, late=True)
+    done = as_command(tmp_path, number, "late", "engines")
     assert (done.returncode, done.stderr) == (0, "") and len(json.loads(done.stdout)["engines"]) > 5
 
 
@@ -287,14 +256,3 @@ sys.exit(main.main(["engines"]))
 """
     done = ran(tmp_path, script)
     assert done.returncode == 130 and len(done.stderr.splitlines()) == 1, done.stderr
-
-
-def test_python_m_is_the_script(tmp_path):
-    """python -m cranktrain, where scripts are not on the path."""
-    for arguments, code in ((["engines", "--json"], 0), (["modal"], 2), (["--version"], 0)):
-        found = []
-        for module in ("cranktrain", "cranktrain.cli.main"):
-            command = [sys.executable, "-m", module, *arguments]
-            found.append(subprocess.run(command, capture_output=True, text=True, cwd=tmp_path, check=False))
-        assert [one.returncode for one in found] == [code, code]
-        assert (found[0].stdout, found[0].stderr) == (found[1].stdout, found[1].stderr)

@@ -29,22 +29,14 @@ def backward_error(a, x, b):
 
 
 @pytest.mark.parametrize("n", SIZES)
-def test_lu_with_pivoting_solves(n):
-    a, b = matrix(n), np.random.default_rng(1).standard_normal(n)
-    factors, x, pivots = a.copy(), b.copy(), np.zeros(n)
-    assert factor_lu(factors, n, pivots) == 0
-    solve_lu(factors, n, pivots, x)
-    assert backward_error(a, x, b) < 10 * n
-
-
-def test_lu_pivots_and_leaves_what_lies_outside_its_block():
-    a = np.array([[0.0, 1.0, 7.0], [2.0, 0.0, 7.0], [7.0, 7.0, 7.0]])
-    b = np.array([3.0, 4.0, 7.0])
-    pivots = np.zeros(3)
-    assert factor_lu(a, 2, pivots) == 0
-    solve_lu(a, 2, pivots, b)
-    assert b.tolist() == [2.0, 3.0, 7.0]
-    assert (a[2] == 7.0).all() and (a[:, 2] == 7.0).all()
+def test_lu_with_pivoting_solves_and_leaves_what_lies_outside_its_block(n):
+    b, wide, pivots = np.random.default_rng(1).standard_normal(n), np.full((n + 1, n + 1), 7.0), np.zeros(n)
+    for a in (matrix(n), np.roll(np.eye(n), 1, axis=0)):
+        wide[:n, :n], x = a, np.append(b, 7.0)
+        assert factor_lu(wide, n, pivots) == 0
+        solve_lu(wide, n, pivots, x)
+        assert backward_error(a, x[:n], b) < 10 * n
+        assert x[n] == 7.0 and (wide[n] == 7.0).all() and (wide[:, n] == 7.0).all()
 
 
 @pytest.mark.parametrize("bad", [np.zeros((3, 3)), np.ones((3, 3)), np.full((3, 3), np.nan)])
@@ -52,55 +44,34 @@ def test_what_cannot_be_factored_is_said(bad):
     assert factor_lu(bad.copy(), 3, np.zeros(3)) == 1 and factor_rows(bad.copy(), 3) == 1
 
 
-def skew(n):
-    """A matrix whose symmetric part is positive, however far from symmetric."""
-    a = matrix(n)
-    return a @ a.T / n + 3 * (a - a.T) / np.sqrt(n) + np.eye(n)
-
-
 @pytest.mark.parametrize("n", SIZES)
-def test_inverse(n):
-    a = skew(n)
-    inverse = np.full((n, n), 7.0)
+def test_lu_by_rows_and_the_inverse_where_the_symmetric_part_is_positive(n):
+    """However far from symmetric. Elements grow without pivoting: a hundred times is more than they do here."""
+    a, b = matrix(n), np.random.default_rng(2).standard_normal(n)
+    a = a @ a.T / n + 3 * (a - a.T) / np.sqrt(n) + np.eye(n)
+    wide, vectors, inverse = np.full((n + 1, n + 1), 7.0), np.full((2, n + 1), 7.0), np.full((n, n), 7.0)
+    x = vectors[1]
+    x[:n], wide[:n, :n] = b, a.T
+    assert factor_rows(wide, n) == 0
+    solve_rows(wide, n, vectors, 1)
+    assert backward_error(a, x[:n], b) < 100 * n
+    assert x[n] == 7.0 and (vectors[0] == 7.0).all() and (wide[n] == 7.0).all() and (wide[:, n] == 7.0).all()
     assert invert(a.copy(), n, inverse) == 0
     assert inverse @ a == pytest.approx(np.eye(n), abs=1e-13 * n)
 
 
-@pytest.mark.parametrize("n", SIZES)
-def test_lu_by_rows_solves_where_the_symmetric_part_is_positive(n):
-    a = skew(n)
-    b = np.random.default_rng(2).standard_normal(n)
-    wide, vectors = np.full((n + 1, n + 1), 7.0), np.full((2, n + 1), 7.0)
-    x = vectors[1]
-    x[:n] = b
-    wide[:n, :n] = a.T
-    assert factor_rows(wide, n) == 0
-    solve_rows(wide, n, vectors, 1)
-    # Without pivoting elements grow with the skew part; a hundred is more than they do here.
-    assert backward_error(a, x[:n], b) < 100 * n
-    assert x[n] == 7.0 and (vectors[0] == 7.0).all() and (wide[n] == 7.0).all() and (wide[:, n] == 7.0).all()
-
-
-@pytest.mark.parametrize("rows", range(1, 10))
-def test_products(rows):
-    rng = np.random.default_rng(rows)
-    b, x, y = rng.standard_normal((rows, 5)), rng.standard_normal(rows), rng.standard_normal(5)
-    added, alone = y.copy(), y.copy()
-    add_product(b, x, rows, 5, added)
-    product(b, x, rows, 5, alone)
-    assert added == pytest.approx(y + b.T @ x, abs=1e-14 * 10)
-    assert alone == pytest.approx(b.T @ x, abs=1e-14 * 10)
-
-
-@pytest.mark.parametrize(("start", "columns"), [(0, 8), (0, 19), (27, 40), (7, 7), (7, 10), (12, 20)])
-def test_columns_from_one_on_leave_those_before(start, columns):
+@pytest.mark.parametrize("rows", range(1, 12))
+@pytest.mark.parametrize(("start", "columns"), [(0, 5), (0, 8), (0, 19), (27, 40), (7, 7), (7, 10), (12, 20)])
+def test_products_leave_columns_before_and_behind(rows, start, columns):
     rng = np.random.default_rng(columns)
-    b, x, y = rng.standard_normal((11, columns + 2)), rng.standard_normal(11), rng.standard_normal(columns + 2)
-    added = y.copy()
-    add_columns(b, x, 11, start, columns, added)
-    wanted = y + b.T @ x
-    assert added[start:columns] == pytest.approx(wanted[start:columns], abs=1e-13)
-    assert np.array_equal(added[:start], y[:start]) and np.array_equal(added[columns:], y[columns:])
+    b, x, y = rng.standard_normal((rows, columns + 2)), rng.standard_normal(rows), rng.standard_normal(columns + 2)
+    added, whole, alone, wanted = y.copy(), y.copy(), y.copy(), b.T @ x
+    add_columns(b, x, rows, start, columns, added)
+    add_product(b, x, rows, columns, whole)
+    product(b, x, rows, columns, alone)
+    for found, first, expected in ((added, start, y + wanted), (whole, 0, y + wanted), (alone, 0, wanted)):
+        assert found[first:columns] == pytest.approx(expected[first:columns], abs=1e-13)
+        assert np.array_equal(found[:first], y[:first]) and np.array_equal(found[columns:], y[columns:])
 
 
 @pytest.mark.parametrize("n", [0, 1, 7, 8, 9, 15, 16, 58])
@@ -158,7 +129,4 @@ def test_zeros_are_those_of_numpy_at_the_start_of_a_line(shape):
     assert found.size == 0 or found.ctypes.data % CACHE_LINE == 0
     found[...] = 1.0
     assert found.sum() == expected.size
-
-
-def test_the_memory_of_a_film_does():
-    assert all(array.ctypes.data % CACHE_LINE == 0 for array in table_work())
+    assert all(array.ctypes.data % CACHE_LINE == 0 for array in table_work())  # memory of a film

@@ -30,54 +30,42 @@ def figure(label, rpm=2000.0):
 
 def test_the_default_run_of_the_six_names_its_shipped_error_and_the_command_that_halves_it():
     text = error_of()["text"]
-    own, cost = figure("solid/impedance/ground 5°")
-    better, dear = figure("solid/ehd/flexible 2°")
+    (own, cost), (better, dear) = figure("solid/impedance/ground 5°"), figure("solid/ehd/flexible 2°")
     assert f"within about {100.0 * own:.2g} % of the best model here" in text
     assert f"--bearings ehd --block flexible --step-deg 2: {100.0 * better:.2g} %, {dear / cost:.2g} times" in text
     assert better <= HALF * own
-    usual = re.compile(r"[a-z]+/[a-z:]+/[a-z]+ [0-9.]+°")
     rivals = [one for one in POINTS if one["speed_rpm"] == 2000.0 and one["errors"]["torsion"]]
-    rivals = [one for one in rivals if usual.fullmatch(one["label"])]
+    rivals = [one for one in rivals if re.fullmatch(r"[a-z]+/[a-z:]+/[a-z]+ [0-9.]+°", one["label"])]
     halving = [one["cost"] for one in rivals if one["errors"]["torsion"]["total"] <= HALF * own]
     assert dear <= WORTH * min(halving)
 
 
-def test_between_two_measured_speeds_the_larger_error_counts():
+def test_between_two_measured_speeds_the_larger_error_counts_and_the_best_model_names_no_better_one():
     between, there = (error_of(rpm)["text"].split(" of the best")[0] for rpm in (1500.0, 2000.0))
     assert between == there
     assert figure("solid/impedance/ground 5°", 1000.0)[0] < figure("solid/impedance/ground 5°")[0]
 
 
 @pytest.mark.parametrize("other", [{"load": 0.5}, {"first": 2600.0}, {"big_ends": "impedance"}, {"step_deg": 4.0}])
-def test_runs_without_a_figure_say_so(other):
+def test_runs_and_engines_without_a_figure_say_so(other):
     assert error_of(**other)["text"].startswith("Error of these levels: not measured for this run")
-
-
-def test_levels_next_to_the_best_model_name_no_better_ones():
-    text = error_of(bearings="ehd", block="flexible")["text"]
-    assert f"{100.0 * figure('solid/ehd/flexible 2°')[0]:.2g} % of the best" in text and "--" not in text
-
-
-def test_another_engine_has_no_figure():
     heavier = SIX.with_({"cylinders.piston_mass": "2.1 kg"})
     assert "not measured for this engine" in error_of(engine=heavier)["text"]
+
+    text = error_of(bearings="ehd", block="flexible")["text"]
+    assert f"{100.0 * figure('solid/ehd/flexible 2°')[0]:.2g} % of the best" in text and "--" not in text
 
 
 def test_a_run_up_has_the_largest_error_of_the_measured_speeds_that_it_covers():
     errors = {rpm: figure("solid/impedance/ground 5°", rpm)[0] for rpm in (1000.0, 2000.0)}
     both, part = error_of(800.0, 2600.0), error_of(1900.0, 2400.0)
     assert both["total"] == max(errors.values()) and both["measured_rpm"] == [1000.0, 2000.0]
+    numbers = f"{100.0 * both['halved_total']:.2g} %, {both['halved_time']:.2g} times"
+    assert f"{both['halved_by']}: {numbers}" in both["text"] and both["halved_total"] <= HALF * both["total"]
     assert part["total"] == both["total"] and error_of(600.0, 1000.0)["total"] == errors[1000.0]
     assert error_of(2000.0, 2400.0)["measured_rpm"] == [2000.0]
     for first, last in ((400.0, 900.0), (2100.0, 2400.0)):
         assert error_of(first, last)["total"] is None
-
-
-def test_the_numbers_of_a_level_error_are_those_of_its_line():
-    found = error_of(1000.0, 2000.0)
-    numbers = f"{100.0 * found['halved_total']:.2g} %, {found['halved_time']:.2g} times"
-    assert f"{found['halved_by']}: {numbers}" in found["text"]
-    assert found["halved_total"] <= HALF * found["total"]
 
 
 @pytest.mark.parametrize(

@@ -9,11 +9,9 @@ import numpy as np
 import pytest
 from box_block import box_block
 from packed import NOT_OF_LUMPS, arrays, differences
-from scipy.linalg import eigh
 from some import some
 
 from cranktrain.core.errors import InputError
-from cranktrain.core.reduced_body import attach
 from cranktrain.dynamics.model.arrays import Parts, build_model
 from cranktrain.dynamics.model.choices import run_numbers
 from cranktrain.dynamics.model.lumped_data import lumped_numbers, lumped_values
@@ -57,16 +55,13 @@ def engine_of(name):
 
 def changed(engine, values):
     """The engine with other values, a number of each mount by its name."""
-    tables = {}
     for name, value in values.items():
         table, key, number = re.fullmatch(r"(\w+)\.(\w+?)(?:\[(\d+)\])?", name).groups()
-        own = tables.setdefault(table, {})
-        if number is None:
-            own[key] = value
-        else:
-            own.setdefault(key, list(getattr(getattr(engine, table), key)))[int(number) - 1] = value
-    listed = {t: {k: tuple(v) if isinstance(v, list) else v for k, v in own.items()} for t, own in tables.items()}
-    return replace(engine, **{table: replace(getattr(engine, table), **own) for table, own in listed.items()})
+        part = getattr(engine, table)
+        if number is not None:
+            value = tuple(value if k == int(number) else one for k, one in enumerate(getattr(part, key), 1))
+        engine = replace(engine, **{table: replace(part, **{key: value})})
+    return engine
 
 
 def others(engine):
@@ -142,65 +137,30 @@ def test_a_crank_that_was_cut_takes_other_masses_in_its_own_modes():
     assert np.all(ours > theirs * (1.0 - 1e-9)) and np.all(ours[:10] < 1.001 * theirs[:10])
 
 
-def test_modes_are_those_of_the_matrices():
-    """ω² of (K, I + Bᵀ ΔZ B), against LAPACK."""
-    engine = engine_of("v12_petrol")
-    values = {"flywheel.polar_inertia": 1.5, "flywheel.diametral_inertia": 0.8}
-    found = model_of(engine, engine, "torsional", {"bearings": "held"}, values)
-    body = body_of(engine, engine, "torsional", {})
-    shape = body.shapes[body.index("flywheel"), 5]
-    mass = np.eye(body.n_modes) + (1.5 - engine.flywheel.polar_inertia) * np.outer(shape, shape)
-    squares = eigh(np.diag(body.omega**2), mass, eigvals_only=True)
-    assert entry.own_frequencies(found)[6 : body.n_modes] ** 2 == pytest.approx(squares[6:], rel=1e-9)
+HEAVY_RIM = {"flywheel.polar_inertia": 2.1 * engine_of("diesel_i6").flywheel.diametral_inertia}
 
 
-def test_a_part_that_grows_is_a_part_more():
-    """Independent of the builder's order of parts: the heavier flywheel is the first one with another fixed to it."""
-    engine = engine_of("single_petrol")
-    wheel = engine.flywheel
-    values = {
-        "flywheel.mass": wheel.mass + 3.0, "flywheel.polar_inertia": wheel.polar_inertia + 0.02,
-        "flywheel.diametral_inertia": wheel.diametral_inertia + 0.011,
-    }  # fmt: skip
-    levels = {"bearings": "linear"}
-    found = model_of(engine, engine, "rigid", levels, values)
-    more = attach(body_of(engine, engine, "rigid", levels), "flywheel", 3.0, np.diag([0.011, 0.011, 0.02]),
-                  (0.0, 0.0, wheel.offset))  # fmt: skip
-    wanted = build_model(engine, more, Settings(crank="rigid", **levels), SPEED, GasTrace.from_engine(engine), Parts())
-    assert differences(found, wanted) == {}
-
-
-def test_preparing_again_leaves_nothing_behind():
+@pytest.mark.parametrize(
+    ("levels", "cases"),
+    [
+        ({"bearings": "impedance", **RICH, **FLEXIBLE}, ((others(engine_of("diesel_i6")), OK, False), ({}, OK, True))),
+        ({"bearings": "reynolds"}, (({"main_bearing.clearance": 50e-6}, CLEARANCE_FIXED, True),
+                                    (HEAVY_RIM, NO_RIGID_PART, True))),
+    ],
+)  # fmt: skip
+def test_preparing_again_leaves_nothing_behind_and_what_is_refused_changes_nothing(levels, cases):
     """To the bit: back to the engine's values, the model is that which was built."""
-    engine = engine_of("diesel_i6")
-    levels = {"bearings": "impedance", **RICH, **FLEXIBLE}
+    engine, settings = engine_of("diesel_i6"), Settings(crank="rigid", **levels)
     model = model_of(engine, engine, "rigid", levels)
     before = {name: array.copy() for name, array in arrays(model, NOT_OF_LUMPS)}
-    settings, films = Settings(crank="rigid", **levels), np.zeros(7)
-    for data in (others(engine), {}):
-        numbers = run_numbers(settings, engine, data)
-        assert prepare_model(model, numbers, films, SPEED) == OK
-        assert (data == {}) == all(np.array_equal(array, before[name]) for name, array in arrays(model, NOT_OF_LUMPS))
-
-
-def test_what_cannot_be_is_refused_and_changes_nothing():
-    engine = engine_of("diesel_i6")
-    levels = {"bearings": "reynolds"}
-    model = model_of(engine, engine, "rigid", levels)
-    before = {name: array.copy() for name, array in arrays(model, NOT_OF_LUMPS)}
-    for data, status in (
-        ({"main_bearing.clearance": 50e-6}, CLEARANCE_FIXED),
-        ({"flywheel.polar_inertia": 2.1 * engine.flywheel.diametral_inertia}, NO_RIGID_PART),
-    ):
-        numbers = run_numbers(Settings(crank="rigid", **levels), engine, data)
-        assert prepare_model(model, numbers, np.zeros(7), SPEED) == status
-        assert all(np.array_equal(array, before[name]) for name, array in arrays(model, NOT_OF_LUMPS))
+    for data, status, same in some(cases):
+        assert prepare_model(model, run_numbers(settings, engine, data), np.zeros(7), SPEED) == status
+        assert same == all(np.array_equal(array, before[name]) for name, array in arrays(model, NOT_OF_LUMPS))
 
 
 def test_names_and_ranges_are_those_of_the_engine_file():
     engine = engine_of("diesel_i6")
-    for one in lumped_values(engine):
-        assert one.low <= one.value <= one.high
+    assert all(one.low <= one.value <= one.high for one in lumped_values(engine))
     with pytest.raises(InputError, match=r"no value 'flywheel.mas' to change; did you mean 'flywheel.mass'"):
         lumped_numbers(engine, {"flywheel.mas": 1.0})
     with pytest.raises(InputError, match=r"'flywheel.mass' is -1; it must be a finite number, between 1e-06 and"):

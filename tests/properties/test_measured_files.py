@@ -1,8 +1,7 @@
-"""Measurement files of every format, made by the formats' own libraries: read to the last digit, odd ones told in a
-line.
-"""
+"""Measurement files of every format, made by the formats' own libraries: read to the last digit, or told in a line."""
 
 import json
+import sys
 
 import numpy as np
 import pytest
@@ -41,44 +40,6 @@ def test_values_units_and_sampling_come_back(kind, tmp_path):
         np.testing.assert_array_equal(np.concatenate(parts), channel.values())
 
 
-# Each oddity: name → times, columns, units, what a remark or the error says; None: nothing needs to be said.
-NAN = PRESSURE.copy()
-NAN[1000:1010] = np.nan
-SHUFFLED = np.concatenate((TIME[1500:], TIME[:1500]))
-GAP = np.concatenate((TIME[:1500], TIME[1500:] + 0.25))
-ODD = {
-    "an empty channel": (TIME, COLUMNS | {"empty": np.zeros(0)}, UNITS, "empty"),
-    "a gap in time": (GAP, COLUMNS, UNITS, "gap"),
-    "times out of order": (SHUFFLED, COLUMNS, UNITS, "backwards"),
-    "missing values": (TIME, {"tacho": PULSES, "pcyl1": NAN}, UNITS, None),
-    "a channel of text": (TIME, COLUMNS | {"state": np.array(["on"] * TIME.size)}, UNITS, "left out"),
-    "an unknown unit": (TIME, COLUMNS, {"tacho": "V", "pcyl1": "furlong"}, None),
-    "a channel of constants": (TIME, COLUMNS | {"off": np.zeros(TIME.size)}, UNITS, None),
-}
-
-
-WITHOUT = {
-    "wav": {"an empty channel", "a gap in time", "times out of order", "a channel of text"},
-    "uff": {"an empty channel", "a channel of text", "missing values"},
-    "uffb": {"an empty channel", "a channel of text", "missing values"},
-}
-"""Oddities that a format, or pyuff's writer, which takes 0 for what is not a number, cannot have."""
-
-
-@pytest.mark.parametrize(("kind", "odd"), [(k, odd) for k in FORMATS for odd in ODD if odd not in WITHOUT.get(k, ())])
-def test_nothing_is_lost_of_odd_files(kind, odd, tmp_path):
-    time, columns, units, said = ODD[odd]
-    found = ct.read_measured(write(tmp_path, kind, time, columns, units))
-    channel = by_name(found, "pcyl1")
-    order = np.argsort(time, kind="stable")
-    np.testing.assert_allclose(channel.values(), columns["pcyl1"][order], rtol=2e-7 if kind == "wav" else 1e-11)
-    if said is None:
-        return
-    np.testing.assert_allclose(channel.abscissae(), time[order], atol=1e-6)
-    assert any(said in remark for remark in found.remarks), found.remarks
-    assert all("\n" not in remark and remark.startswith("run") for remark in found.remarks)
-
-
 @pytest.mark.parametrize("share", [0.02, 0.45, 0.9])
 @pytest.mark.parametrize("kind", FORMATS)
 def test_files_cut_short_are_told(kind, share, tmp_path):
@@ -102,6 +63,9 @@ def test_files_cut_short_are_told(kind, share, tmp_path):
 @pytest.mark.parametrize("kind", FORMATS)
 def test_files_of_another_kind_are_told(kind, tmp_path):
     path = write(tmp_path, kind, TIME, COLUMNS, UNITS)
+    if kind in ("mf4", "h5", "parquet", "tdms"):  # the content decides, not the ending
+        path = path.rename(tmp_path / "run.CSV")
+        assert sorted(ct.read_measured(path).names) == ["pcyl1", "tacho"]
     for content in (b"", b"\x00\x01\x02 nothing" * 40):
         path.write_bytes(content)
         with one_line(match=path.name):
@@ -128,19 +92,16 @@ def test_damaged_files_are_read_or_refused_in_one_line(kind, tmp_path, capfd):
     assert capfd.readouterr() == ("", "")
 
 
-@pytest.mark.parametrize("kind", ["mf4", "h5", "parquet", "tdms"])
-def test_the_content_decides_not_the_ending(kind, tmp_path):
-    path = write(tmp_path, kind, TIME, COLUMNS, UNITS)
-    other = path.rename(tmp_path / "run.CSV")
-    assert sorted(ct.read_measured(other).names) == ["pcyl1", "tacho"]
+TIMES = {
+    "even": TIME, "a gap": np.concatenate((TIME[:1500], TIME[1500:] + 0.25)), "out of order": np.roll(TIME, 1500),
+}  # fmt: skip
 
 
-@pytest.mark.parametrize("odd", [None, "a gap in time", "times out of order"])
+@pytest.mark.parametrize("times", TIMES)
 @pytest.mark.parametrize("kind", ["mf4", "h5", "parquet", "mat", "csv"])
-def test_long_channels_are_read_as_short_ones(kind, odd, tmp_path, monkeypatch):
+def test_long_channels_are_read_as_short_ones(kind, times, tmp_path, monkeypatch):
     """Times of many samples are not held: a gap or disorder is still found, and long tables go through a file."""
-    time, columns, units, _ = (TIME, COLUMNS, UNITS, "") if odd is None else ODD[odd]
-    path = write(tmp_path, kind, time, columns, units)
+    path = write(tmp_path, kind, TIMES[times], COLUMNS, UNITS)
     short = by_name(ct.read_measured(path), "pcyl1")
     for module in ("formats.mdf", "formats.arrays"):
         monkeypatch.setattr(f"cranktrain_lab.measured.{module}.MANY", 1000)
@@ -150,17 +111,12 @@ def test_long_channels_are_read_as_short_ones(kind, odd, tmp_path, monkeypatch):
     long = by_name(ct.read_measured(path), "pcyl1")
     np.testing.assert_array_equal(long.values(), short.values())
     np.testing.assert_allclose(long.abscissae(), short.abscissae(), atol=1e-9)
-    assert (long.rate == pytest.approx(short.rate, rel=1e-9)) or odd
+    assert times != "even" or long.rate == pytest.approx(short.rate, rel=1e-9)
 
 
-def test_channels_are_chosen(tmp_path):
-    path = write(tmp_path, "mf4", TIME, COLUMNS, UNITS)
-    assert ct.read_measured(path, channels=["PCYL1"]).names == ("pcyl1",)
-
-
-def test_equal_names_of_two_files_are_told_apart(tmp_path):
-    first = write(tmp_path, "h5", TIME, COLUMNS, UNITS, name="first")
-    second = write(tmp_path, "h5", TIME, COLUMNS, UNITS, name="second")
+def test_channels_are_chosen_and_equal_names_of_two_files_are_told_apart(tmp_path):
+    first, second = (write(tmp_path, "h5", TIME, COLUMNS, UNITS, name=name) for name in ("first", "second"))
+    assert ct.read_measured(first, channels=["PCYL1"]).names == ("pcyl1",)
     names = ct.read_measured(first, second).names
     assert names == ("pcyl1 (first)", "tacho (first)", "pcyl1 (second)", "tacho (second)")
 
@@ -184,8 +140,6 @@ def test_orders_of_a_uff_file_are_curves_over_speed(tmp_path):
 
 
 def test_a_missing_package_is_named_with_its_extra(tmp_path, monkeypatch):
-    import sys
-
     path = write(tmp_path, "tdms", TIME, COLUMNS, UNITS)
     monkeypatch.setitem(sys.modules, "nptdms", None)
     with pytest.raises(ct.InputError, match=r"TDMS files need nptdms: pip install cranktrain\[measured\]"):

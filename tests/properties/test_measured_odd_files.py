@@ -1,15 +1,26 @@
 """Odd measurement files of every format, made by the formats' own libraries: one line each, and nothing is lost."""
 
+import tracemalloc
+from decimal import Decimal
+
+import h5py
 import numpy as np
+import pyarrow as pa
+import pyarrow.parquet as pq
 import pytest
+import scipy.io
+import scipy.sparse
 from measured_files import FORMATS, write
+from nptdms import ChannelObject, TdmsWriter
 from one_line import one_line
+from scipy.io import wavfile
 
 import cranktrain as ct
+from cranktrain_lab.measured.formats import matlab, uff
 
 TIME = np.arange(600) / 2000.0
 PULSES, PRESSURE = np.sin(360.0 * np.pi * TIME), 1.0 + 0.5 * np.cos(7.0 * TIME)
-UNITS = {"tacho": "V", "pcyl1": "bar"}
+UNITS = {"tacho": "V", "pcyl1": "furlong"}
 RNG = np.random.default_rng(0)
 
 
@@ -18,19 +29,12 @@ def with_pressure(values, **more):
     return {"tacho": PULSES, "pcyl1": values, **more}
 
 
-def changed(values, place, by):
-    """Copy (n,) of values with another one at a place."""
-    copy = np.asarray(values, dtype=float).copy()
-    copy[place] = by
-    return copy
-
-
-ENDLESS = changed(PRESSURE, 5, np.inf)
+ENDLESS, LOST = np.where(np.arange(600) == 5, np.inf, PRESSURE), np.where(np.arange(600) == 300, np.nan, TIME)
 COUNTER = np.arange(600, dtype=np.int64) + 2**60 + 1
 BLOCKS = np.concatenate([TIME[k : k + 20] + 0.01 * k for k in range(0, 600, 20)])
 # Name → times, columns, words of the remark, formats that cannot have it
 ODD = {
-    "a time that is no number": (changed(TIME, 300, np.nan), with_pressure(PRESSURE), "not numbers; their", "wav"),
+    "a time that is no number": (LOST, with_pressure(PRESSURE), "not numbers; their", "wav"),
     "times that repeat": (np.repeat(TIME[:300], 2), with_pressure(PRESSURE), "that of the sample before", "wav"),
     "a time that stands still": (np.zeros(600), with_pressure(PRESSURE), "stands still|a step of 0", "wav"),
     "times from last to first": (TIME[::-1].copy(), with_pressure(PRESSURE), "backwards|a step of -", "wav"),
@@ -45,6 +49,12 @@ ODD = {
     "a shorter channel": (TIME, with_pressure(PRESSURE, slow=PRESSURE[:100]), "", "wav"),
     "complex values": (TIME, with_pressure(PRESSURE, z=PULSES + 1j * PRESSURE), "left out", "uff uffb wav parquet"),
     "a name of other letters": (TIME, with_pressure(PRESSURE, **{"Kühlmittel µ": PRESSURE}), "", "uff uffb"),
+    "a gap": (np.concatenate((TIME[:300], TIME[300:] + 0.25)), with_pressure(PRESSURE), "gap", "wav"),
+    "times out of order": (np.roll(TIME, 300), with_pressure(PRESSURE), "backwards", "wav"),
+    "missing values": (TIME, with_pressure(LOST), "", "uff uffb"),
+    "an empty channel": (TIME, with_pressure(PRESSURE, empty=np.zeros(0)), "empty", "uff uffb wav"),
+    "a channel of text": (TIME, with_pressure(PRESSURE, state=np.array(600 * ["on"])), "left out", "uff uffb wav"),
+    "a channel of constants": (TIME, with_pressure(PRESSURE, off=np.zeros(600)), "", ""),
     "two samples": (TIME[:2], {"tacho": PULSES[:2], "pcyl1": PRESSURE[:2]}, "", ""),
 }
 
@@ -76,10 +86,7 @@ def test_files_without_a_sample_are_refused_in_one_line(kind, tmp_path):
 
 def test_equal_names_in_one_file_are_told_apart(tmp_path):
     """Parquet and tables may have a column twice, MDF and TDMS groups of one name each with its own clock."""
-    import pyarrow as pa
-    import pyarrow.parquet as pq
     from asammdf import MDF, Signal
-    from nptdms import ChannelObject, TdmsWriter
 
     pq.write_table(pa.table([TIME, PULSES, PRESSURE], names=["time", "signal", "signal"]), tmp_path / "twice.parquet")
     lines = [f"{t:.9g};{a:.17g};{b:.17g}" for t, a, b in zip(TIME, PULSES, PRESSURE, strict=True)]
@@ -104,11 +111,6 @@ def test_equal_names_in_one_file_are_told_apart(tmp_path):
 
 
 def test_dates_and_decimals_of_parquet_are_numbers(tmp_path):
-    from decimal import Decimal
-
-    import pyarrow as pa
-    import pyarrow.parquet as pq
-
     stamps = pa.array((1e6 * TIME).round().astype("int64") + 1_700_000_000_000_000, pa.timestamp("us"))
     pq.write_table(
         pa.table({"time": stamps, "p": pa.array([Decimal("1.5")] * 600)}), tmp_path / "a.parquet", row_group_size=70
@@ -119,8 +121,6 @@ def test_dates_and_decimals_of_parquet_are_numbers(tmp_path):
 
 
 def test_hdf5_with_groups_links_and_what_is_no_signal(tmp_path):
-    import h5py
-
     with h5py.File(tmp_path / "run.h5", "w") as file:
         for name, every in (("fast", 1), ("slow", 10)):
             file[f"{name}/time"], file[f"{name}/p"] = TIME[::every], PRESSURE[::every]
@@ -135,9 +135,6 @@ def test_hdf5_with_groups_links_and_what_is_no_signal(tmp_path):
 
 
 def test_matlab_of_version_4_and_what_is_no_signal(tmp_path):
-    import scipy.io
-    import scipy.sparse
-
     scipy.io.savemat(tmp_path / "four.mat", {"time": TIME, "p": PRESSURE}, format="4")
     np.testing.assert_array_equal(ct.read_measured(tmp_path / "four.mat")["p"].values(), PRESSURE)
     scipy.io.savemat(tmp_path / "run.mat", {
@@ -153,8 +150,6 @@ def test_matlab_of_version_4_and_what_is_no_signal(tmp_path):
 
 
 def test_wav_of_other_depths_without_samples_and_cut_off_at_full_scale(tmp_path):
-    from scipy.io import wavfile
-
     wavfile.write(tmp_path / "none.wav", 8000, np.zeros((0, 2), np.int16))
     with pytest.raises(ct.InputError, match=r"none.wav: holds no samples"):
         ct.read_measured(tmp_path / "none.wav")
@@ -174,8 +169,6 @@ def test_wav_of_other_depths_without_samples_and_cut_off_at_full_scale(tmp_path)
 
 
 def test_tdms_properties_that_are_no_numbers(tmp_path):
-    from nptdms import ChannelObject, TdmsWriter
-
     with TdmsWriter(str(tmp_path / "run.tdms")) as file:
         file.write_segment([ChannelObject("g", name, PRESSURE, properties={"wf_increment": step})
                             for name, step in (("a", "fast"), ("b", -5e-4), ("c", float("nan")))])  # fmt: skip
@@ -201,10 +194,6 @@ def test_uff_with_other_data_sets_and_no_end(tmp_path):
 @pytest.mark.parametrize("kind", ["uff", "uffb", "mat"])
 def test_long_channels_are_not_all_in_memory_at_once(kind, tmp_path, monkeypatch):
     """Sixty channels, one at a time: what is held is far below their sum, and samples come back in any order."""
-    import tracemalloc
-
-    from cranktrain_lab.measured.formats import matlab, uff
-
     n, count = 10_000, 60
     monkeypatch.setattr(uff, "HELD", 1000)
     monkeypatch.setattr(matlab, "HELD", 1000)
@@ -222,8 +211,6 @@ def test_long_channels_are_not_all_in_memory_at_once(kind, tmp_path, monkeypatch
 
 
 def test_a_uff_file_that_is_too_large_is_refused_with_what_to_do(tmp_path, monkeypatch):
-    from cranktrain_lab.measured.formats import uff
-
     path = write(tmp_path, "uff", TIME, with_pressure(PRESSURE), UNITS)
     monkeypatch.setattr(uff, "LARGEST", 1000)
     with pytest.raises(ct.InputError, match=r"run.uff: has .* GB, UFF files are read up to 1e-06 GB; export fewer"):

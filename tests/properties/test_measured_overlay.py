@@ -50,15 +50,13 @@ def measured_file(tmp_path, critical=2380.0, factor=1.0, turn=0.0, outputs=()):
     return write_orders(tmp_path / "orders.csv", [found] * max(1, len(outputs)), outputs)
 
 
-def test_equal_orders_deviate_by_nothing(run_up, tmp_path):
+def test_equal_orders_deviate_by_nothing_and_speed_amplitude_and_phase_are_told_apart(run_up, tmp_path):
+    """Measured 2 % higher in speed, a quarter higher, 30 deg ahead: computed is 2 % and 20 % lower, 30 deg behind."""
     (row,) = deviations(run_up, read_measured_orders(measured_file(tmp_path)))
     assert abs(row["speed_percent"]) < 0.1 and abs(row["amplitude_percent"]) < 1.0
     assert row["rms_percent"] < 1.0 and abs(row["phase_deg"]) < 1.0
     assert row["measured_peak_rpm"] == pytest.approx(2380.0, rel=2e-3)
 
-
-def test_speed_amplitude_and_phase_are_told_apart(run_up, tmp_path):
-    """Measured 2 % higher in speed, a quarter higher, 30 deg ahead: computed is 2 % and 20 % lower, 30 deg behind."""
     (row,) = deviations(run_up, read_measured_orders(measured_file(tmp_path, 1.02 * 2380.0, 1.25)))
     assert row["speed_percent"] == pytest.approx(100.0 / 1.02 - 100.0, abs=0.15)
     assert row["amplitude_percent"] == pytest.approx(-20.0, abs=1.0)
@@ -79,16 +77,6 @@ def test_measured_orders_name_their_output(run_up, tmp_path):
         read_measured_orders(path)
 
 
-def test_bands_are_drawn_through_the_points(run_up, tmp_path):
-    measured = read_measured_orders(measured_file(tmp_path))
-    half = band_of(measured, TORSION, 6.0)
-    np.testing.assert_allclose(half, 1.96e-4, rtol=1e-2)
-    ax = figures.order_figure(run_up, shown.TORSIONAL, shown.Beside(SIX, None, measured), "six").axes[0]
-    (lines,) = [part for part in ax.collections if len(part.get_segments()) == half.size]
-    heights = [segment[1, 1] - segment[0, 1] for segment in lines.get_segments()]
-    np.testing.assert_allclose(np.median(heights), 2.0 * np.degrees(1.96e-4), rtol=1e-2)
-
-
 def test_data_of_another_engine_are_told(run_up, tmp_path):
     rows = deviations(run_up, read_measured_orders(measured_file(tmp_path, critical=1850.0)))
     assert "of another engine" in of_another_engine(rows) and "+29 %" in of_another_engine(rows)
@@ -99,35 +87,35 @@ def test_data_of_another_engine_are_told(run_up, tmp_path):
 
 
 def test_every_picture_has_the_measured_orders_with_their_bands(run_up, tmp_path):
-    """Waterfall, colour maps, Campbell diagram, cycles and orders at peaks; the deviations stand below."""
-    measured = read_measured_orders(measured_file(tmp_path))
-    points = measured[TORSION][6.0][0].size
+    """Orders, waterfall, colour maps, Campbell diagram, cycles and orders at peaks; the deviations stand below."""
+    measured, quantity = read_measured_orders(measured_file(tmp_path)), shown.TORSIONAL
+    half = band_of(measured, TORSION, 6.0)
+    np.testing.assert_allclose(half, 1.96e-4, rtol=1e-2)
     hz = np.full((SPEEDS.size, 1), 238.0)
     modes = ModesOverSpeed(SPEEDS * RPM, hz, ("torsional 1",), ("torsional",), np.ones((SPEEDS.size - 1, 1)))
     beside, bare = shown.Beside(SIX, modes, measured), shown.Beside(SIX, modes)
-    quantity = shown.TORSIONAL
 
-    def marks(figure):
-        """Artists with a place for each measured point."""
-        found = [artist for ax in figure.axes for artist in (*ax.lines, *ax.collections)]
-        counts = [len(a.get_xdata()) if hasattr(a, "get_xdata") else len(a.get_offsets()) for a in found]
-        segments = [len(a.get_segments()) for a in found if hasattr(a, "get_segments")]
-        return sum(count == points for count in counts), sum(count == points for count in segments)
+    def bars(figure):
+        """Heights of the bars of all measured points, where a figure has them."""
+        parts = [part.get_segments() for ax in figure.axes for part in ax.collections if hasattr(part, "get_segments")]
+        return [[segment[1, 1] - segment[0, 1] for segment in part] for part in parts if len(part) == half.size]
 
+    (heights,) = bars(figures.order_figure(run_up, quantity, beside, "six"))
+    np.testing.assert_allclose(np.median(heights), 2.0 * np.degrees(1.96e-4), rtol=1e-2)
     waterfall, without = (figures.waterfall_figure(run_up, quantity, one, "six", 400.0) for one in (beside, bare))
-    assert marks(waterfall) == (1, 1) and marks(without) == (0, 0)
-    assert marks(figures.map_figure(run_up, quantity, beside, "six", 400.0))[0] == 2
-    circles = figures.campbell_figure(run_up, beside, "six").axes[0].collections
-    middle, lower, upper = (a.get_sizes() for a in circles if not len(a.get_facecolor()))
+    assert len(bars(waterfall)) == 1 and not bars(without)
+    maps = figures.map_figure(run_up, quantity, beside, "six", 400.0).axes
+    assert sum(len(part.get_offsets()) == half.size for ax in maps for part in ax.collections) == 2
+    campbell = figures.campbell_figure(run_up, beside, "six")
+    middle, lower, upper = (a.get_sizes() for a in campbell.axes[0].collections if not len(a.get_facecolor()))
     assert np.all(lower < middle) and np.all(middle < upper)
-    for figure in (waterfall, figures.campbell_figure(run_up, beside, "six")):
+    for figure in (waterfall, campbell):
         said = " ".join(text.get_text() for text in figure.texts).replace("\n", " ")
         assert "Computed against measured peaks: order 6: " in said
     history = peak_figures.history_figure(run_up, quantity, "six", beside)
-    named = [line.get_label() for ax in history.axes for line in ax.lines]
-    assert "measured" in named and any(ax.collections for ax in history.axes)
-    bars = peak_figures.harmonic_figure(run_up, quantity, beside, "six")
-    assert any(len(a.get_segments()) == 1 for ax in bars.axes for a in ax.collections)
+    assert "measured" in [line.get_label() for ax in history.axes for line in ax.lines]
+    harmonic = peak_figures.harmonic_figure(run_up, quantity, beside, "six")
+    assert any(len(a.get_segments()) == 1 for ax in harmonic.axes for a in ax.collections)
 
 
 def test_the_measured_cycle_is_the_sum_of_its_orders(tmp_path):

@@ -66,6 +66,11 @@ def cylinder_of(settings):
     return Cylinder(settings.bore, settings.stroke, settings.rod_length, settings.compression_ratio)
 
 
+def encoded(values, speed, first=STEP, unit="Pa", samples=1440):
+    """Cycles of samples each half degree."""
+    return cycles_by_encoder(channel(values, 1.0, "p", unit), samples, first, speed)
+
+
 def recorded(name, shift_deg, cycles=100, seed=0):
     """Cycles of an encoder whose dead centre is wrong, and the true zero (c,) Pa of each cycle."""
     _, speed, pressure = cycle(name)
@@ -73,7 +78,7 @@ def recorded(name, shift_deg, cycles=100, seed=0):
     n = cycles * pressure.size
     drift = -0.4e5 + 0.3e5 * np.sin(math.tau * np.arange(n) / n)
     values = np.tile(pressure, cycles) + drift + rng.normal(0.0, 0.03e5, n)
-    made = cycles_by_encoder(channel(1e-5 * values, 1.0, "pcyl1", "bar"), pressure.size, STEP - shift_deg, speed)
+    made = encoded(1e-5 * values, speed, STEP - shift_deg, "bar")
     middles = (np.arange(len(made.pressure)) + 1.0) * pressure.size
     zeros = 0.4e5 - 0.3e5 * np.sin(math.tau * middles / n)
     return made, zeros
@@ -103,7 +108,7 @@ def test_cycles_read_some_at_a_time_are_those_read_at_once(method, monkeypatch):
     values[[1000, 20000]] = np.nan
 
     def told():
-        made = cycles_by_encoder(channel(values, 1.0, "pcyl1", "bar"), pressure.size, STEP, speed)
+        made = encoded(values, speed, unit="bar")
         found, fit = pegged(made, cylinder_of(settings), method=method, intake_pressure=2e5, correct_shift=True)
         passed = found.low_passed(math.radians(3.0))
         return passed, statistics(passed, cylinder_of(settings), fit)
@@ -121,27 +126,22 @@ def test_cycles_read_some_at_a_time_are_those_read_at_once(method, monkeypatch):
     assert parts.scatter == pytest.approx(whole.scatter, rel=1e-6, abs=1.0)
 
 
-def test_the_drift_of_single_cycles_is_followed():
+def test_the_drift_of_single_cycles_is_followed_and_the_loss_angle_is_that_of_the_module():
     """Zeros of single cycles scatter by the noise over the root of the samples that tell them: a few mbar."""
-    settings, _, _ = cycle("six, motored")
+    settings, _, pressure = cycle("six, motored")
     made, zeros = recorded("six, motored", 0.0)
-    found, _ = peg(made, settings)
+    found, fit = peg(made, settings)
     off = 1e-2 * (found.zeros - zeros)
     assert np.ptp(1e-2 * zeros) > 500.0 and np.std(off) < 25.0
     told = statistics(found, cylinder_of(settings), None)
     assert told["zero_scatter_bar"] == pytest.approx(1e-5 * np.std(zeros, ddof=1), rel=0.1)
-
-
-def test_the_loss_angle_is_that_of_the_module():
-    """A motored peak lies before dead centre; without heat to the walls it lies there, with more heat earlier."""
-    settings, _, pressure = cycle("six, motored")
+    # A motored peak lies before dead centre by the heat to the walls: the module's loss angle.
     angle = (np.arange(1, 1441) * STEP + 360.0) % 720.0 - 360.0
     order = np.argsort(angle)
     angle, pressure = angle[order], pressure[order]
     k = int(np.argmax(pressure))
     a, b, c = pressure[k - 1 : k + 2]
     true = -(angle[k] + 0.5 * STEP * (a - c) / (a - 2.0 * b + c))
-    _, fit = peg(recorded("six, motored", 0.0)[0], settings)
     assert math.degrees(fit.loss) == pytest.approx(true, abs=0.05) and true > 0.15
     _, hot = peg(recorded("six, motored, 1.4 times the heat", 0.0)[0], settings)
     assert hot.loss > fit.loss and hot.heat / fit.heat == pytest.approx(1.4, rel=0.15)
@@ -152,7 +152,7 @@ def test_pegging_by_two_points_and_by_the_intake():
     cylinder = Cylinder(0.1, 0.12, 0.19, 17.0)
     angle = np.radians(np.arange(-360.0, 360.0, 0.5))
     pressure = 2.0e5 * (cylinder.volume(np.array([-math.pi]))[0] / cylinder.volume(angle)[0]) ** 1.33
-    made = cycles_by_encoder(channel(np.tile(pressure - 0.7e5, 5), 1.0, "p", "Pa"), 1440, -360.0, 100.0)
+    made = encoded(np.tile(pressure - 0.7e5, 5), 100.0, -360.0)
     found, _ = pegged(made, cylinder, method="polytropic", exponent=1.33)
     np.testing.assert_allclose(found.zeros, 0.7e5, atol=20.0)
     found, _ = pegged(made, cylinder, method="intake", intake_pressure=2.0e5)
@@ -168,7 +168,7 @@ def test_scatter_averages_and_mean_effective_pressure():
     cylinder = cylinder_of(settings)
     factors = np.array([0.9, 1.0, 1.1, 1.0, 0.95, 1.05])
     values = np.concatenate([factor * pressure for factor in np.append(factors, 1.0)])
-    made = cycles_by_encoder(channel(values, 1.0, "p", "Pa"), 1440, STEP, speed)
+    made = encoded(values, speed)
     told = statistics(made, cylinder, None)
     assert told["cycles"] == 6 and told["speed_rpm"] == pytest.approx(2000.0)
     # Cycles begin at -360 deg: each has one half of two neighbours; its peak is of the later one.
@@ -181,9 +181,7 @@ def test_scatter_averages_and_mean_effective_pressure():
 
 
 def test_a_time_sampled_trace_is_taken_over_the_measured_rotation():
-    """50 kHz, a speed that swings and rises, cylinder 2 fires 240 deg later, the wheel starts in the wrong
-    revolution.
-    """
+    """50 kHz, a speed that swings and rises, cylinder 2 fires 240 deg later, a wheel that starts a revolution off."""
     settings, _, pressure = cycle("six, fired")
     _, _, theta = motion(5e4, 4.0, (1900, 2100), {3.0: (1.0, 0.4)})
     firing = math.radians(240.0)
@@ -205,12 +203,10 @@ def test_the_resonance_of_an_indicating_channel_is_told():
     ringing = np.tile(np.where((k > 10) & (k < 160), np.exp(-k / 80.0), 0.0), 20) * np.sin(math.tau * 4200.0 * t)
     for amplitude in (0.0, 2.0e5):
         values = np.tile(pressure, 20) + amplitude * ringing + np.random.default_rng(1).normal(0, 2e3, t.size)
-        made = cycles_by_encoder(channel(values, 1.0, "p", "Pa"), 1440, STEP, speed)
+        made = encoded(values, speed)
         found = resonance(made, cylinder)
-        if amplitude == 0.0:
-            assert found is None
-        else:
-            assert found["hz"] == pytest.approx(4200.0, abs=250.0) and 0.3e5 < found["amplitude"] < 2.0e5
+        assert (found is None) == (amplitude == 0.0)
+    assert found["hz"] == pytest.approx(4200.0, abs=250.0) and 0.3e5 < found["amplitude"] < 2.0e5
     smooth = made.low_passed(math.radians(8.0))
     assert resonance(smooth, cylinder) is None
     assert np.abs(smooth.mean - made.mean).max() < 6e5 and smooth.angle is made.angle
@@ -221,21 +217,19 @@ def test_the_resonance_of_an_indicating_channel_is_told():
     [
         ({"unit": "bar"}, r"pressure swings by .* bar over a cycle; check its unit"),
         ({"samples": 144_000}, r"hold no whole cycle of 144000"),
-        ({"low": 0.5}, r"low-pass of 0\.5 deg is finer than two samples, 1 deg"),
+        ({}, r"low-pass of 0\.5 deg is finer than two samples, 1 deg"),
     ],
 )
 def test_wrong_pressures_are_told(change, says):
     _, speed, pressure = cycle("six, motored")
     with pytest.raises(InputError, match=says):
-        made = cycles_by_encoder(channel(np.tile(pressure, 5), 1.0, "p", change.get("unit", "Pa")),
-                                 change.get("samples", 1440), STEP, speed)  # fmt: skip
-        made.low_passed(math.radians(change["low"]))
+        encoded(np.tile(pressure, 5), speed, **change).low_passed(math.radians(0.5))
 
 
 def test_a_trace_of_another_engine_is_told():
     settings, speed, pressure = cycle("six, motored")
     other = replace(cylinder_of(settings), compression_ratio=9.0)
-    made = cycles_by_encoder(channel(np.tile(pressure, 5), 1.0, "p", "Pa"), 1440, STEP, speed)
+    made = encoded(np.tile(pressure, 5), speed)
     with pytest.raises(InputError, match=r"compression fits the trace only with .*another engine"):
         pegged(made, other)
     near = replace(other, compression_ratio=16.4)
