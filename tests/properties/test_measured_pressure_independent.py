@@ -48,25 +48,23 @@ def fitted(name, heat, fired):
     return fit, math.degrees(fit.shift) - SHIFT, 1e-2 * float(np.mean(found.zeros - zeros))
 
 
+@pytest.mark.parametrize("fired", [False, True])
 @pytest.mark.parametrize("heat", [hohenberg, annand])
 @pytest.mark.parametrize("name", CASES)
-def test_motored_traces_of_other_formulas(name, heat):
-    """Dead centre within 0.1 deg; zero within 6 mbar of petrol engines and 0.6 % of the intake's pressure of others."""
-    fit, shift, zero = fitted(name, heat, False)
-    intake = 1e-2 * CASES[name][2]
-    assert fit.motored and abs(shift) < 0.1
-    assert abs(zero) < max(6.0, 0.006 * intake) and not fit.doubt
+def test_traces_of_other_formulas(name, heat, fired):
+    """Motored: dead centre within 0.1 deg, zero within 6 mbar of petrol engines and 0.6 % of others' intake pressure.
 
-
-@pytest.mark.parametrize("heat", [hohenberg, annand])
-@pytest.mark.parametrize("name", CASES)
-def test_fired_traces_of_other_formulas_are_less_certain_and_say_so(name, heat):
-    """One flank tells less: dead centre within 0.3 deg, zero within 1.7 % of the intake; three errors each."""
-    fit, shift, zero = fitted(name, heat, True)
-    intake = 1e-2 * CASES[name][2]
-    assert not fit.motored and abs(shift) < 0.3 and abs(zero) < max(12.0, 0.017 * intake)
-    assert abs(shift) < 3.2 * math.degrees(fit.shift_error)
-    assert abs(zero) < 3.0 * 1e-2 * fit.zero_error + 5.0
+    Of a fired trace one flank tells less: 0.3 deg, 1.7 % of the intake, and three of the errors that the fit states.
+    """
+    fit, shift, zero = fitted(name, heat, fired)
+    least, share = (12.0, 0.017) if fired else (6.0, 0.006)
+    assert fit.motored != fired and abs(shift) < (0.3 if fired else 0.1)
+    assert abs(zero) < max(least, share * 1e-2 * CASES[name][2])
+    if fired:
+        assert abs(shift) < 3.2 * math.degrees(fit.shift_error)
+        assert abs(zero) < 3.0 * 1e-2 * fit.zero_error + 5.0
+    else:
+        assert not fit.doubt
 
 
 def test_more_heat_makes_a_larger_loss_angle():

@@ -68,19 +68,6 @@ def sets_by_side(name):
     return [*lines, f"*SURFACE, TYPE=ELEMENT, NAME={name}", *(f"_{name}_{side}, {side}" for side in sides)]
 
 
-def test_nodes_and_elements_may_stand_in_files_of_their_own(tmp_path):
-    rest = deck(CUBE)
-    start = next(k for k, line in enumerate(rest) if line.startswith("*ELEMENT"))
-    written(tmp_path / "n.txt", ["** nodes", *node_lines(CUBE.points)])
-    written(tmp_path / "t.txt", rest[start + 1 : start + 1 + len(CUBE.tets)])
-    lines = ["*NODE, INPUT=n.txt", "*ELEMENT, TYPE=C3D10, INPUT=t.txt", *rest[start + 1 + len(CUBE.tets) :]]
-    path = written(tmp_path / "cube.inp", lines)
-    same_as_the_cube(path)
-    before = content_digest({}, path)
-    (tmp_path / "n.txt").write_text((tmp_path / "n.txt").read_text() + "** changed\n")
-    assert content_digest({}, path) != before
-
-
 def test_a_surface_of_elements_alone_is_their_free_faces(tmp_path):
     lines = [*deck(CUBE, surfaces=False), "*SURFACE, NAME=skin", "solid,"]
     points, _, surfaces = read_surfaces_and_tetrahedra(written(tmp_path / "cube.inp", lines))
@@ -106,19 +93,25 @@ def test_surfaces_of_a_deck_are_faces_sets_of_faces_nodes_or_shells(tmp_path, fo
     same_as_the_cube(written(tmp_path / "cube.inp", lines))
 
 
-def test_included_files_are_followed_and_change_the_digest(tmp_path):
-    (tmp_path / "sub").mkdir()
-    half = len(CUBE.points) // 2
-    written(tmp_path / "sub" / "nodes ü.inp", ["*NODE", *node_lines(CUBE.points[:half]), "*INCLUDE, INPUT=more.inp"])
-    written(tmp_path / "sub" / "more.inp", ["*NODE", *node_lines(CUBE.points[half:], half + 1)])
-    rest = deck(CUBE)
-    start = next(k for k, line in enumerate(rest) if line.startswith("*ELEMENT"))
-    path = written(tmp_path / "cube.inp", ['*Include, input="sub/nodes ü.inp"', *rest[start:]])
+def test_files_of_a_deck_are_followed_and_change_the_digest(tmp_path):
+    """Nodes in files that include others, elements in one named by its keyword."""
+    folder = tmp_path / "sub"
+    folder.mkdir()
+    half, rest = len(CUBE.points) // 2, deck(CUBE)
+    start = next(k for k, line in enumerate(rest) if line.startswith("*ELEMENT")) + 1
+    written(folder / "nodes ü.inp", ["*NODE", *node_lines(CUBE.points[:half]), "*INCLUDE, INPUT=more.inp"])
+    written(folder / "more.inp", ["*NODE, INPUT=n.txt"])
+    written(folder / "n.txt", ["** nodes", *node_lines(CUBE.points[half:], half + 1)])
+    written(tmp_path / "t.txt", rest[start : start + len(CUBE.tets)])
+    elements = "*ELEMENT, TYPE=C3D10, INPUT=t.txt"
+    lines = ['*Include, input="sub/nodes ü.inp"', elements, *rest[start + len(CUBE.tets) :]]
+    path = written(tmp_path / "cube.inp", lines)
     same_as_the_cube(path)
-    before = content_digest({}, path)
-    more = tmp_path / "sub" / "more.inp"
-    more.write_text(more.read_text() + "** changed\n")
-    assert content_digest({}, path) != before
+    digests = [content_digest({}, path)]
+    for changed in (folder / "more.inp", folder / "n.txt", tmp_path / "t.txt"):
+        changed.write_text(changed.read_text() + "** changed\n")
+        digests.append(content_digest({}, path))
+    assert len(set(digests)) == 4
 
 
 def test_elements_may_go_on_in_the_next_line_and_sets_may_be_generated(tmp_path):
@@ -366,7 +359,8 @@ def corners(points, triangles):
     return np.sort(points[triangles].sum(axis=1), axis=0)
 
 
-def test_an_instance_is_moved_then_turned(tmp_path):
+def test_a_part_alone_and_an_instance_that_is_moved_then_turned(tmp_path):
+    same_as_the_cube(written(tmp_path / "part.inp", PART))
     points, tets, surfaces = read(tmp_path, assembly(["1., 2., ", "0.5, 0., 1., 0.5, 3., 5., 40."]))
     axis = np.array([0.0, 3.0, 4.0]) / 5.0
     turn = Rotation.from_rotvec(np.radians(40.0) * axis)
@@ -412,11 +406,6 @@ def test_sets_of_the_assembly_name_their_instance(tmp_path):
     assert corners(points, surfaces["main[2]"]) == pytest.approx(below)
     assert len(surfaces["pin[3]"]) == 1 and points[surfaces["pin[3]"]][..., 0].min() >= 5.0
     assert corners(points, surfaces["main[3]"]) == pytest.approx(side + away)
-
-
-def test_one_part_without_an_assembly_is_read(tmp_path):
-    points, tets, surfaces = read(tmp_path, PART)
-    assert points[tets] == pytest.approx(CUBE.points[CUBE.tets]) and {"main[1]", "pin[1]"} <= set(surfaces)
 
 
 @pytest.mark.parametrize(

@@ -284,27 +284,23 @@ def test_a_step_that_fails_is_named_and_the_state_stays(module):
     assert np.array_equal(simulation.state, state) and np.array_equal(simulation.outputs, before)
 
 
-def test_a_start_that_fails_leaves_model_and_state():
+@pytest.mark.parametrize(
+    ("module", "place", "value", "words"),
+    [("combustion", 2, 1e300, "the start fails in cylinder 1"),
+     ("valvetrain", 0, 1e9, "the start fails: camshaft and valves")],
+)  # fmt: skip
+def test_a_start_that_fails_leaves_model_and_state(module, place, value, words):
     """Its cycles are run with the built-in lifts; the choices are the run's own again behind them, failed or not."""
-    settings = replace(shipped("combustion", "i6"), lift_source="input", angle_source="input", inputs_at="end")
-    simulation = CombustionSimulation(settings)
+    chosen = {"angle_source": "input", "inputs_at": "end"} | (
+        {"lift_source": "input"} if module == "combustion" else {}
+    )
+    simulation = SIMULATIONS[module](replace(shipped(module, "i6"), **chosen))
     simulation.inputs[0] = SPEED
     simulation.initialize()
     before, choices = simulation.state, simulation._model.choices.copy()
-    assert choices.tolist() == [1, 1, 1]
-    simulation.inputs[2] = 1e300
-    with pytest.raises(SolverError, match="the start fails in cylinder 1"):
-        simulation.initialize()
-    assert np.array_equal(simulation.state, before) and np.array_equal(simulation._model.choices, choices)
-
-
-def test_a_start_of_the_valve_train_that_fails_leaves_the_state():
-    simulation = ValveTrainSimulation(shipped("valvetrain", "i6"))
-    simulation.inputs[0] = SPEED
-    simulation.initialize()
-    before, choices = simulation.state, simulation._model.choices.copy()
-    simulation.inputs[0] = 1e9
-    with pytest.raises(SolverError, match="the start fails: camshaft and valves"):
+    assert choices.tolist() == len(chosen) * [1]
+    simulation.inputs[place] = value
+    with pytest.raises(SolverError, match=words):
         simulation.initialize()
     assert np.array_equal(simulation.state, before) and np.array_equal(simulation._model.choices, choices)
 

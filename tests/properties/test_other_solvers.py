@@ -8,6 +8,7 @@ import pytest
 from benchmarks.other_solvers.first_order import FirstOrder
 from benchmarks.other_solvers.fixed_step import METHODS, OK, ORDERS, UNBOUNDED, Equations, FixedStep
 from bodies import whole_six
+from scipy.linalg import expm
 from started import at_speed, shown
 
 from cranktrain.core.errors import InputError
@@ -96,17 +97,11 @@ def system(method, stiffness=STIFFNESS, damping=DAMPING, push=PUSH, start=None):
 
 
 def exact(t):
-    """y(t) from y(0) = 1: particular solution of the forced oscillators plus their free motion."""
-    result = []
-    for k in STIFFNESS:
-        forced = PUSH / (k - TURN**2 + 1j * DAMPING * TURN)
-        decay = complex(-DAMPING / 2, math.sqrt(k - DAMPING**2 / 4))
-        q0, v0 = 1.0 - forced.real, 1.0 - (1j * TURN * forced).real
-        b = (v0 - decay.real * q0) / decay.imag
-        free = complex(q0, -b)
-        motion = forced * np.exp(1j * TURN * t), free * np.exp(decay * t)
-        result.append(((motion[0] + motion[1]).real, (1j * TURN * motion[0] + decay * motion[1]).real))
-    return np.array(result).T.ravel()
+    """y(t) from y(0) = 1, by the exponential of the oscillators and of the cosine that drives them."""
+    n, drive = STIFFNESS.size, np.array([[0.0, -TURN], [TURN, 0.0]])
+    none, push = np.zeros((2, 2 * n)), np.outer(np.repeat([0.0, PUSH], n), [1.0, 0.0])
+    own = np.block([[np.zeros((n, n)), np.eye(n)], [-np.diag(STIFFNESS), -DAMPING * np.eye(n)]])
+    return (expm(t * np.block([[own, push], [none, drive]])) @ [*np.ones(2 * n), 1.0, 0.0])[: 2 * n]
 
 
 @pytest.mark.parametrize("method", METHODS)

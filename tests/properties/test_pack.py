@@ -179,20 +179,6 @@ def test_the_trapezoidal_rule_keeps_the_energy(line):
     assert line.energy(run.motion) == pytest.approx(line.energy(exact), rel=1e-9)
 
 
-def test_two_discs_swing_at_their_frequency_with_their_amplitude():
-    """ω² = k (1/J₁ + 1/J₂); of the twist, sampled over whole periods, only this line of the spectrum is there."""
-    omega, periods, part = np.sqrt(2e4 * (1.0 / 0.4 + 1.0 / 0.1)), 16, 32
-    run = Packed(SHORT.topology, 2.0 * np.pi / omega / part)
-    run.turn(SHORT, np.array([0.002, -0.008]), np.zeros(2))
-    twists = []
-    for k in range(periods * part):
-        assert run.entries.advance((k + 1) * run.h) == OK
-        twists.append(np.subtract(*run.motion[0]))
-    lines = 2.0 * np.abs(np.fft.rfft(twists)) / len(twists)
-    assert lines[periods] == pytest.approx(0.01, rel=1e-4)
-    assert np.delete(lines, periods).max() < 1e-5
-
-
 @pytest.mark.parametrize("ratio", [1.0, -2.0])
 def test_a_line_in_a_turning_frame_swings_as_at_rest(ratio):
     turning = Line(SHORT.inertia, (2e4,), frame=ct.Frame("f", ratio, axis=(0.1, 0.0)))

@@ -9,6 +9,7 @@ import numpy as np
 import pytest
 from browser import needs_browser, shown
 from PIL import Image
+from scipy.spatial import ConvexHull
 
 from cranktrain.core.errors import InputError
 from cranktrain.results.pictures import rendering
@@ -30,22 +31,11 @@ def volume(points, triangles):
 
 
 def sphere(n):
-    """A closed sphere of n bands."""
-    polar, turn = np.linspace(0, np.pi, n + 1)[1:-1], np.arange(2 * n) * np.pi / n
-    ring = np.stack(np.meshgrid(polar, turn, indexing="ij"), axis=-1).reshape(-1, 2)
-    xyz = np.column_stack(
-        (np.sin(ring[:, 0]) * np.cos(ring[:, 1]), np.sin(ring[:, 0]) * np.sin(ring[:, 1]), np.cos(ring[:, 0]))
-    )
-    points = np.vstack((xyz, [[0, 0, 1], [0, 0, -1]]))
-    at = np.arange((n - 1) * 2 * n).reshape(n - 1, 2 * n)
-    following = np.roll(at, -1, axis=1)
-    bands = [
-        np.column_stack((a.ravel(), b.ravel(), c.ravel()))
-        for a, b, c in ((at[:-1], at[1:], following[1:]), (at[:-1], following[1:], following[:-1]))
-    ]
-    caps = [(len(xyz), at[0, k], following[0, k]) for k in range(2 * n)]
-    caps += [(len(xyz) + 1, following[-1, k], at[-1, k]) for k in range(2 * n)]
-    return points, np.vstack([*bands, caps]).astype(np.int32)
+    """A closed sphere of n bands, whose triangles face either way."""
+    polar, turn = np.meshgrid(np.linspace(0.0, np.pi, n + 1)[1:-1], np.arange(2 * n) * np.pi / n)
+    rings = np.sin(polar) * np.cos(turn), np.sin(polar) * np.sin(turn), np.cos(polar)
+    points = np.vstack((np.column_stack([part.ravel() for part in rings]), [[0, 0, 1], [0, 0, -1]]))
+    return points, ConvexHull(points).simplices
 
 
 def box(frames=8, turning=False):
@@ -55,18 +45,11 @@ def box(frames=8, turning=False):
     shapes = np.zeros((2, len(skin.points), 3), dtype=np.float32)
     shapes[0, :, 1], shapes[1, :, 2] = skin.points[:, 2], 1e-4 * skin.points[:, 0]
     return MovingSurface(
-        title="Box & <others>",
-        points=skin.points,
-        triangles=skin.triangles,
-        shapes=shapes,
-        coordinates=np.column_stack((1e-3 * np.cos(phase), np.sin(phase))),
-        turn=phase if turning else 0.0 * phase,
-        values=np.abs(np.cos(phase))[:, None] * np.abs(skin.points[:, 2]).astype(np.float32),
-        quantity="share / 1",
-        limits=(0.0, 1.0),
-        captions=tuple(f"{np.degrees(p):.0f}°" for p in phase),
-        seconds=3.0,
-    )
+        title="Box & <others>", points=skin.points, triangles=skin.triangles, shapes=shapes,
+        coordinates=np.column_stack((1e-3 * np.cos(phase), np.sin(phase))), turn=phase if turning else 0.0 * phase,
+        values=np.abs(np.cos(phase))[:, None] * np.abs(skin.points[:, 2]).astype(np.float32), quantity="share / 1",
+        limits=(0.0, 1.0), captions=tuple(f"{np.degrees(p):.0f}°" for p in phase), seconds=3.0,
+    )  # fmt: skip
 
 
 @pytest.mark.parametrize(("points", "triangles"), [(CORNERS, BOX), sphere(6)], ids=["box", "sphere"])
@@ -75,7 +58,7 @@ def test_triangles_of_any_order_come_to_face_outwards(points, triangles):
     mixed = np.where(flip[:, None], triangles[:, ::-1], triangles)
     two = np.vstack((mixed, mixed + len(points)))
     found = outward(np.vstack((points, points + 5.0)), two)
-    size = abs(volume(points, triangles))
+    size = ConvexHull(points).volume
     assert volume(points, found[: len(triangles)]) == pytest.approx(size)
     assert volume(points, found[len(triangles) :] - len(points)) == pytest.approx(size)
 
@@ -91,10 +74,8 @@ def test_sharp_edges_double_their_points_and_round_ones_do_not():
 def test_places_are_the_enlarged_motion_turned():
     surface = box(turning=True)
     k, times = 2, 30.0
-    moved = surface.points + times * surface.displacement(k)
-    np.testing.assert_allclose(
-        surface.places(k, times), np.column_stack((-moved[:, 1], moved[:, 0], moved[:, 2])), atol=1e-12
-    )
+    x, y, z = (surface.points + times * surface.displacement(k)).T
+    np.testing.assert_allclose(surface.places(k, times), np.column_stack((-y, x, z)), atol=1e-12)
     largest = max(np.linalg.norm(surface.displacement(k), axis=1).max() for k in range(8))
     assert surface.enlargement * largest == pytest.approx(SHOWN_MOTION * 1.0, rel=0.05)
 
@@ -102,12 +83,9 @@ def test_places_are_the_enlarged_motion_turned():
 def test_fewer_shapes_give_the_same_motion():
     mixed = RNG.normal(size=(6, 2))
     surface = box()
+    shapes = np.tensordot(mixed, surface.shapes, axes=1).astype(np.float32)
     many = MovingSurface(
-        **{
-            **vars(surface),
-            "shapes": np.tensordot(mixed, surface.shapes, axes=1).astype(np.float32),
-            "coordinates": surface.coordinates @ np.linalg.pinv(mixed),
-        }
+        **vars(surface) | {"shapes": shapes, "coordinates": surface.coordinates @ np.linalg.pinv(mixed)}
     )
     coordinates, shapes = many.principal_motions(least=1e-4)
     assert len(shapes) == 2

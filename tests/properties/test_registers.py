@@ -1,6 +1,7 @@
-"""One row adds a level or an output: each test writes one new file, registers one row, and touches nothing else."""
+"""One row adds a level or an output: files and rows of CONTRIBUTING.md, and nothing else is touched."""
 
-import json
+import re
+import runpy
 import shutil
 from pathlib import Path
 
@@ -8,123 +9,73 @@ import numpy as np
 import pytest
 
 from cranktrain.cli.main import main
-from cranktrain.dynamics.outputs.register import FAMILIES, Family, register_family
+from cranktrain.dynamics.outputs.register import FAMILIES
 from cranktrain.engine.file import load_engine
-from cranktrain.film.laws.register import LAWS, PLAIN, Form, Law, register_law
+from cranktrain.film.laws.register import LAWS
 from cranktrain.fmu.description import read_interface
 from cranktrain.store.hdf5 import read_result
 from cranktrain.studies.output_levels import bearing_ladder, lowest_levels
 from cranktrain_lab.tradeoff.level_points import bearing_levels
 
-INTERFACE = Path(__file__).parents[2] / "modelDescription"
-
-SPRINGS = """
-from typing import NamedTuple
-
-import numpy as np
-
-from cranktrain.core.kernel import law_kernel, record_reader
-from cranktrain.core.reduced_body import Array
-from cranktrain.film.laws.films import BY_PLACE, BY_VELOCITY, GAP, SIZE
-
-STIFFNESS, DAMPING = 1.0e9, 1.0e4
-
-
-class Springs(NamedTuple):
-    stiffness: Array
-
-
-def springs(bearings):
-    return Springs(np.full(len(bearings.parameters), STIFFNESS))
-
-
-_read = record_reader(Springs(np.zeros(1)))
-
-
-@law_kernel
-def spring_law(record, action, i, place, velocity, numbers, memory, out):
-    stiffness = _read(record).stiffness[i]
-    for k in range(SIZE):
-        out[k] = 0.0
-    for k in range(4):
-        out[k] = -stiffness * place[k] - DAMPING * velocity[k]
-        out[BY_PLACE + 5 * k] = -stiffness
-        out[BY_VELOCITY + 5 * k] = -DAMPING
-    out[GAP] = -1.0
-    return 0
-"""
-
-WIND_UP = """
-from cranktrain.core.kernel import law_kernel
-from cranktrain.dynamics.model.slots import LEAD
-
-
-@law_kernel
-def observe_wind_up(model, work, state, members, out):
-    out[0] = work.frames[0, LEAD]
-    return 0
-"""
+ROOT = Path(__file__).parents[2]
+INTERFACE = ROOT / "modelDescription"
+FILES = dict(re.findall(r"```python\n# (\w+)\.py\n(.*?)```", (ROOT / "CONTRIBUTING.md").read_text("utf-8"), re.DOTALL))
 
 
 @pytest.fixture
-def rows():
-    """The registers, which a test may add to; as they were behind it."""
+def added(tmp_path, monkeypatch):
+    """Adds a file and its row; the registers are as they were behind the test."""
     tables = [(table, dict(table)) for table in (LAWS, FAMILIES)]
-    yield
+    monkeypatch.syspath_prepend(str(tmp_path))
+
+    def add(name):
+        for file in (name, f"{name}_row"):
+            (tmp_path / f"{file}.py").write_text(FILES[file])
+        runpy.run_path(str(tmp_path / f"{name}_row.py"))
+
+    yield add
     for table, before in tables:
         table.clear()
         table.update(before)
 
 
-@pytest.fixture
-def law(rows, tmp_path, monkeypatch):
-    """A law ``springs`` that feels tilt."""
-    (tmp_path / "spring_law.py").write_text(SPRINGS)
-    monkeypatch.syspath_prepend(str(tmp_path))
-    form = Form("spring_law:spring_law", "spring_law:springs", tilt=True)
-    register_law(Law("springs", "springs that feel tilt", {PLAIN: form}, clearance=False))
+def outputs_of(levels, folder):
+    """Outputs by name of a cycle that the command line runs."""
+    words = f"simulate diesel_i6 --crank rigid {levels} --speed 2000 --cycles 1 --json --output {folder}/run.h5"
+    assert main(words.split()) == 0
+    return {name: values for name, (values, _) in read_result(folder / "run.h5")[0].items()}
 
 
-def test_a_law_with_tilt_runs_an_engine_from_the_command_line(law, tmp_path):
-    result = tmp_path / "run.h5"
-    arguments = "simulate diesel_i6 --crank rigid --bearings springs --speed 2000 --cycles 1 --json --output"
-    assert main([*arguments.split(), str(result)]) == 0
-    run, _ = read_result(result)
-    outputs = {name: values for name, (values, _) in run.items()}
-    place = np.hypot(outputs["bearing[4].position.x"], outputs["bearing[4].position.y"])
-    force = np.hypot(outputs["bearing[4].force.x"], outputs["bearing[4].force.y"])
-    assert np.median(force / place) == pytest.approx(1.0e9, rel=0.1)
-    assert np.abs(outputs["bearing[4].moment.x"]).max() > 0.0
+def test_a_law_with_tilt_runs_an_engine_from_the_command_line(added, tmp_path):
+    """F = k r³/c² with the stiffness k of the engine file."""
+    added("cubic")
+    found = outputs_of("--bearings cubic", tmp_path)
+    place = np.hypot(found["bearing[4].position.x"], found["bearing[4].position.y"])
+    force = np.hypot(found["bearing[4].force.x"], found["bearing[4].force.y"])
+    bearing = load_engine("diesel_i6").main_bearing
+    assert np.median(force / place**3) == pytest.approx(bearing.ground_stiffness[1] / bearing.clearance**2, rel=0.01)
+    assert np.abs(found["bearing[4].moment.x"]).max() > 0.0
 
 
-def test_a_law_appears_wherever_levels_are_listed(law, capsys):
+def test_a_law_appears_wherever_levels_are_listed(added, capsys):
+    added("cubic")
     with pytest.raises(SystemExit):
         main(["simulate", "--help"])
-    assert "springs" in capsys.readouterr().out
+    assert "cubic" in capsys.readouterr().out
     levels = next(v for v in read_interface(INTERFACE).variables if v.name == "bearing.level")
-    assert "springs" in levels.choices and "springs that feel tilt" in levels.description
-    assert bearing_ladder(rollers=False)[-1] == "springs"
-    assert bearing_levels(load_engine("diesel_i6"))[-1] == "springs"
+    assert "cubic" in levels.choices and "springs that stiffen" in levels.description
+    for ladder in (bearing_ladder(rollers=False), bearing_levels(load_engine("diesel_i6"))):
+        assert ladder[ladder.index("impedance") - 1] == "cubic"
+    assert main(["simulate", "diesel_i6", "--bearings", "cubik", "--speed", "2000"]) == 2
+    assert "did you mean 'cubic'" in capsys.readouterr().err
 
 
-def test_an_unknown_level_is_refused_with_the_nearest(law, capsys):
-    assert main(["simulate", "diesel_i6", "--bearings", "spring", "--speed", "2000"]) == 2
-    assert "springs" in capsys.readouterr().err
-
-
-def test_an_output_is_one_file_one_row_and_one_entry(rows, tmp_path, monkeypatch, capsys):
-    (tmp_path / "wind_up.py").write_text(WIND_UP)
-    monkeypatch.syspath_prepend(str(tmp_path))
-    register_family(Family("frame", "wind_up:observe_wind_up", {"torsion": {"crank": "torsional"}}))
-    result = tmp_path / "run.h5"
-    arguments = "simulate diesel_i6 --crank rigid --bearings linear --speed 2000 --cycles 1 --json --output"
-    assert main([*arguments.split(), str(result)]) == 0
-    json.loads(capsys.readouterr().out)
-    run, _ = read_result(result)
-    assert run["frame.torsion"][0].max() > 0.0
-    assert lowest_levels(["frame.torsion"]).crank == "torsional"
+def test_an_output_is_one_file_one_row_and_one_entry(added, tmp_path):
+    added("wind_up")
+    assert outputs_of("--bearings linear", tmp_path)["frame.wind_up"].max() > 0.0
+    assert lowest_levels(["frame.wind_up"]).crank == "torsional"
     folder = shutil.copytree(INTERFACE, tmp_path / "interface")
     text = (folder / "interface.toml").read_text()
-    entry = '\n[[variable]]\nname = "frame.torsion"\ncausality = "output"\nunit = "rad"\n'
+    entry = '\n[[variable]]\nname = "frame.wind_up"\ncausality = "output"\nunit = "rad"\n'
     (folder / "interface.toml").write_text(text + entry + 'description = "wind-up of the shaft"\n')
-    assert read_interface(folder).variables[-1].name == "frame.torsion"
+    assert read_interface(folder).variables[-1].name == "frame.wind_up"

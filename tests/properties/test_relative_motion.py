@@ -137,35 +137,6 @@ def started(engine, block=None, **choices):
     return bodies.started(SPEED, engine, Parts(block=block), block="flexible", **choices)
 
 
-def stepped(simulation, count):
-    h = math.radians(2.5) / SPEED
-    begin = simulation.time
-    for k in range(1, count + 1):
-        simulation.step(begin + k * h)
-    return simulation.outputs.copy()
-
-
-@pytest.mark.parametrize("choices", [{}, {"damper": "fitted", "boundary": "torque", "big_ends": "impedance"}])
-def test_a_restored_state_runs_on_bit_for_bit(choices):
-    simulation = started(SIX, **choices)
-    if choices:
-        simulation.load_torque = 800.0
-    stepped(simulation, 30)
-    kept, time = simulation.state, simulation.time
-    there = stepped(simulation, 40)
-    end = simulation.state
-    simulation.state = kept
-    assert simulation.time == time
-    assert np.array_equal(stepped(simulation, 40), there)
-    assert np.array_equal(simulation.state, end)
-    # In another object, whose memory holds other things.
-    other = started(SIX, **choices)
-    other.inputs[:] = simulation.inputs
-    stepped(other, 5)
-    other.state = kept
-    assert np.array_equal(stepped(other, 40), there)
-
-
 def stiff(factor):
     """The six without friction, on mounts ``factor`` times as stiff as its own and damped as much."""
     axes = ("x", "y", "z", "rx", "ry", "rz")
