@@ -16,6 +16,7 @@ from cranktrain.results.orders.measured import read_measured_orders
 from cranktrain.studies.scene import load_scene
 from cranktrain_lab.calibration.targets import load_targets
 from cranktrain_lab.harness.file import load_harness
+from cranktrain_lab.wear.schedule import read_schedule
 
 ENGINES = {"engine-i6": SIX, "engine-v8": EIGHT}
 READERS = {
@@ -23,9 +24,9 @@ READERS = {
     "pressure": lambda path: GasTrace.from_csv(path, load_engine("diesel_i6")), "chain": read_chain,
     "measured-orders": read_measured_orders, "valve-train": lambda path: module_of(path).read(path),
     "targets": lambda path: load_targets(path, load_engine("diesel_i6")), "drive-line": read_drive_line,
-    "drive-line-csv": read_drive_line, "valve-trains": load_harness,
+    "drive-line-csv": read_drive_line, "valve-trains": load_harness, "wear-schedule": read_schedule,
 }  # fmt: skip
-TABLES = {"pressure", "measured-orders", "drive-line-csv"}
+TABLES = {"pressure", "measured-orders", "drive-line-csv", "wear-schedule"}
 """Kinds that are tables of columns, not TOML."""
 
 

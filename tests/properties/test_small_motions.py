@@ -43,10 +43,7 @@ def overhung(ratio, held="ground"):
 
 
 def whirl(spin, lost=LOST):
-    """Exponents (4,) in space of z = x + iy of the disc's centre and of its tilt ψ, at ``spin`` (rad/s).
-
-    The bearing is at distance −REACH from the centre, where the motion is z − REACH ψ with ψ = θ_y − iθ_x.
-    """
+    """Exponents (4,) in space of a disc and its tilt at ``spin`` (rad/s), its bearing at −REACH from its centre."""
     row = np.array([1.0, -REACH])
     stiffness = SIDE * np.outer(row, row) + np.diag([0.0, TILT])
     damping = lost * np.outer(row, row) + np.diag([0.0, -1j * spin * POLAR])
@@ -84,10 +81,7 @@ def formula(engine):
 
 
 def balanced(engine, main, z, inertia):
-    """An engine with an unbalanced shaft geared to a main bearing's journal at −2, loaded so that its teeth never part.
-
-    Its bearings are springs, the same in all directions.
-    """
+    """An engine on springs with an unbalanced shaft geared to a main at −2, loaded so that its teeth never part."""
     axis = (-0.04, -0.1)
     shaft = BodyTable(
         name="shaft", frame="back", mass=1.6, inertia=(inertia,) * 3, centre=(axis[0], axis[1] - 2.5e-3, z),

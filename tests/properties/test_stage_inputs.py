@@ -7,6 +7,7 @@ import entry
 import numpy as np
 import pytest
 from bodies import rigid_crank
+from started import at_speed
 
 from cranktrain.dynamics.simulation import Settings, Simulation
 from cranktrain.dynamics.time.integrators import INTEGRATORS, integrator_table
@@ -135,9 +136,7 @@ def torsion(method, step_deg):
     """Of the pulley every 3 degrees of the last of six cycles, rad."""
     speed, step, every = 2000.0 * math.pi / 30.0, math.radians(step_deg), round(3.0 / step_deg)
     settings = Settings(crank="torsional", integrator=method, step=step, gas_source="builtin", dense_output="off")
-    simulation = Simulation(ENGINE, running_crank(ENGINE, "torsional"), settings)
-    simulation.inputs[0] = speed
-    simulation.initialize()
+    simulation = at_speed(speed, ENGINE, running_crank(ENGINE, "torsional"), settings)
     place, found = simulation.output_names.index("pulley.torsion"), []
     for k in range(1440 * every):
         simulation.step((k + 1) * step / speed)

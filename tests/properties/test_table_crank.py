@@ -11,6 +11,7 @@ from pathlib import Path
 import entry
 import numpy as np
 import pytest
+from one_line import one_line
 from some import some
 from test_loss_factors import (
     ENGINES,
@@ -27,7 +28,6 @@ from test_loss_factors import (
 )
 
 from cranktrain.cli.main import main
-from cranktrain.core.errors import InputError
 from cranktrain.dynamics.model.arrays import build_model
 from cranktrain.dynamics.simulation import Simulation
 from cranktrain.engine.file import load_engine
@@ -156,33 +156,24 @@ def test_a_crank_that_reduce_wrote_from_a_table_is_that_crank(tmp_path, capsys):
 
 @pytest.mark.parametrize(
     ("values", "message"),
-    [
-        ({"torques": (0.0, 100.0), "stiffnesses": (1e5, 2e5)}, "has stiffness over torque"),
-        ({"frequencies": (10.0, 100.0), "stiffnesses": (1e5, 2e5)}, "has stiffness over frequency"),
-        ({"friction": 20.0}, "has friction"),
-    ],
-)
+    [({"torques": (0.0, 100.0), "stiffnesses": (1e5, 2e5)}, "has stiffness over torque"),
+     ({"frequencies": (10.0, 100.0), "stiffnesses": (1e5, 2e5)}, "has stiffness over frequency"),
+     ({"friction": 20.0}, "has friction")],
+)  # fmt: skip
 def test_shafts_that_are_not_linear_are_refused(values, message):
     engine = engine_of("diesel_i6")
     chain = chain_of(engine)
     shafts = (replace(chain.shafts[0], **values), *chain.shafts[1:])
-    with pytest.raises(InputError, match=rf"shaft pulley to pin\[1\] {message}, but the shafts of a crank are linear"):
+    with one_line(f"shaft pulley to pin[1] {message}, but the shafts of a crank are linear"):
         chain_body(engine, Chain(chain.discs, shafts))
 
 
-@pytest.mark.parametrize(
-    ("old", "new", "message"),
-    [
-        ("pin[6]", "pin[9]", "engine has no 'pin[9]'; did you mean 'pin[6]'"),
-        ("0.035", "1.2", "shaft 1: loss_factor: 1.2 is not within 0 to 1"),
-    ],
-)
-def test_a_wrong_table_is_told_in_one_line(tmp_path, capsys, old, new, message):
+def test_a_wrong_table_is_told_in_one_line(tmp_path, capsys):
     table = tmp_path / "table.csv"
-    table.write_text((MWM / "pins.csv").read_text("utf-8").replace(old, new), "utf-8")
+    table.write_text((MWM / "pins.csv").read_text("utf-8").replace("pin[6]", "pin[9]"), "utf-8")
     assert main(["modal", str(MWM / "mwm.toml"), "--crank", "torsional", "--mesh", str(table)]) == 2
     [line] = capsys.readouterr().err.strip().splitlines()
-    assert message in line
+    assert "engine has no 'pin[9]'; did you mean 'pin[6]'" in line
 
 
 def test_torque_of_a_cut_is_what_turns_the_flywheel_behind_it():

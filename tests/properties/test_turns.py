@@ -29,6 +29,8 @@ STOP = 2.0
 class InC(Around):
     """A mass that is called through C functions, of which one may answer with a status from some time on."""
 
+    version = unit_turns.FMI_2
+
     def __init__(self, unit, call=None, status=0, notes=None):
         super().__init__(unit)
         self.inputs = {name: Port(low=-0.02, high=0.02) for name in unit.inputs}  # no feeds: it is a unit of its steps
@@ -38,11 +40,14 @@ class InC(Around):
         super().link(inputs, outputs)
         self.sizes = len(inputs), len(outputs)
 
+    def functions(self):
+        return VALUES(self.set), STEP(self.go), VALUES(self.get)
+
     def direct(self):
-        self.called = VALUES(self.set), STEP(self.go), VALUES(self.get)
+        self.called = self.functions()
         addresses = [ctypes.cast(function, ctypes.c_void_p).value for function in self.called]
         given, taken = (ExchangedValues(range(n), [Place(k) for k in range(n)], {}) for n in self.sizes)
-        return Direct(Calls(unit_turns.FMI_2, *addresses, 1), given, taken, True, self.fail, self.notes, 0)
+        return Direct(Calls(self.version, *addresses, 1), given, taken, True, self.fail, self.notes, 0)
 
     def answer(self, call):
         return self.status if call == self.odd and self.time > 0.5 * STOP else 0
@@ -66,45 +71,21 @@ class InC(Around):
 
 
 class InC3(InC):
-    """The same by functions of FMI 3.0: inputs and outputs are arrays, whose first element no connection leads to.
+    """By functions of FMI 3.0; ``told``: eventHandlingNeeded, terminateSimulation and earlyReturn of odd steps."""
 
-    ``told`` are eventHandlingNeeded, terminateSimulation and earlyReturn of the steps that are odd.
-    """
-
-    FREE = 5.0
+    version = unit_turns.FMI_3
 
     def __init__(self, unit, told=(), **options):
         super().__init__(unit, **options)
         self.told = told
 
-    def direct(self):
-        self.called = VALUES_3(self.set_array), STEP_3(self.tell), VALUES_3(self.get_array)
-        addresses = [ctypes.cast(function, ctypes.c_void_p).value for function in self.called]
-        given, taken = (
-            ExchangedValues(range(n), [Place(9, shape=(n + 1,), number=k + 1) for k in range(n)], starts)
-            for n, starts in zip(self.sizes, ({9: [self.FREE]}, {}), strict=True)
-        )
-        return Direct(Calls(unit_turns.FMI_3, *addresses, 1), given, taken, True, self.fail, self.notes, 0)
-
-    def array(self, references, count, values, size):
-        assert count == 1 and ctypes.cast(references, ctypes.POINTER(ctypes.c_uint32))[0] == 9
-        return ctypes.cast(values, ctypes.POINTER(ctypes.c_double * size)).contents
-
-    def set_array(self, component, references, count, values, size):
-        whole = self.array(references, count, values, size)
-        assert whole[0] == self.FREE
-        return self.set(component, references, size - 1, ctypes.addressof(whole) + 8)
-
-    def get_array(self, component, references, count, values, size):
-        whole = self.array(references, count, values, size)
-        whole[0] = float("nan")
-        return self.get(component, references, size - 1, ctypes.addressof(whole) + 8)
+    def functions(self):
+        by_size = (VALUES_3(lambda *given, own=own: own(*given[:-1])) for own in (self.set, self.get))
+        return next(by_size), STEP_3(self.tell), next(by_size)
 
     def tell(self, component, time, size, no_state_before, event, ended, early, reached):
-        assert no_state_before
         flags = event, ended, early
-        for flag in flags:
-            assert not flag[0]
+        assert no_state_before and not any(flag[0] for flag in flags)
         if self.told and time > 0.5 * STOP:
             for flag, value in zip(flags, self.told, strict=True):
                 flag[0] = value
@@ -171,13 +152,12 @@ def test_a_status_that_is_not_good_ends_the_run_with_unit_time_and_call(call, wh
     assert notes[unit_turns.NOTE_CALL] == call and notes[unit_turns.NOTE_COUNT] % 2 == 1
 
 
-def test_an_event_alone_ends_nothing():
-    master, bonds = coupled("gauss-seidel", "linear", lambda unit: InC3(unit, told=(1, 0, 0)))
-    assert run(master, STOP, Steps(0.05), bonds).times[-1] == STOP
-
-
-def test_a_warning_is_good():
-    master, bonds = coupled("gauss-seidel", "linear", lambda unit: InC(unit, unit_turns.STEPPING, 1))
+@pytest.mark.parametrize(
+    "wrap", [lambda unit: InC3(unit, told=(1, 0, 0)), lambda unit: InC(unit, unit_turns.STEPPING, 1)]
+)
+def test_an_event_alone_ends_nothing(wrap):
+    """Nor does a warning."""
+    master, bonds = coupled("gauss-seidel", "linear", wrap)
     assert run(master, STOP, Steps(0.05), bonds).times[-1] == STOP
 
 
@@ -185,9 +165,8 @@ def test_calls_are_noted_and_a_run_that_is_to_stop_stops_before_the_next_step():
     notes = np.zeros(unit_turns.NOTE_SLOTS, dtype=np.int64)
     master, _ = coupled("gauss-seidel", "hold", lambda unit: InC(unit, notes=notes))
     master.step(0.1)
-    assert (
-        notes[unit_turns.NOTE_COUNT] == 2 * 2 * 3 and notes[unit_turns.NOTE_CALL] == 0
-    )  # two units, three calls, begun and ended
+    # Two units, three calls, begun and ended.
+    assert notes[unit_turns.NOTE_COUNT] == 2 * 2 * 3 and notes[unit_turns.NOTE_CALL] == 0
     notes[unit_turns.NOTE_STOP] = 1
     with pytest.raises(KeyboardInterrupt):
         master.step(0.2)

@@ -150,16 +150,6 @@ def test_an_engine_in_other_spellings_is_the_same_engine(tmp_path, engine):
     assert load_engine(path) == load_engine(engine)
 
 
-def test_other_units_of_an_engine_file_are_converted(tmp_path):
-    text = engine_path("diesel_i6").read_text("utf-8")
-    length = re.search(r"\nlength = \{ value = ([\d.]+), unit = \"mm\"", text)
-    path = tmp_path / "own.toml"
-    for factor, unit in ((25.4, "in"), (10.0, "cm"), (304.8, "ft")):
-        new = length[0].replace(length[1], repr(float(length[1]) / factor)).replace('"mm"', f'"{unit}"')
-        path.write_text(text.replace(length[0], new), "utf-8")
-        assert load_engine(path).rod.length == pytest.approx(load_engine("diesel_i6").rod.length, rel=1e-14)
-
-
 @pytest.mark.parametrize("unit", [400 * "9", 400 * "9" + " mm", "0 mm", "-1 mm", "km^200"])
 def test_a_unit_of_no_finite_size_above_zero_is_none(unit):
     with pytest.raises(InputError):

@@ -88,14 +88,12 @@ def test_a_crankshaft_kept_by_an_earlier_version_is_read_where_it_is(no_mesh):
 def test_all_that_shapes_a_crankshaft_is_in_its_key():
     engine = load_engine("diesel_i6")
     own = crank.input_digest(engine)
-    for part in ("material", "crankshaft"):
-        for field in fields(getattr(engine, part)):
-            value = other(getattr(getattr(engine, part), field.name))
-            changed = replace(engine, **{part: replace(getattr(engine, part), **{field.name: value})})
-            assert crank.input_digest(changed) != own, field.name
-    for key in ("fixed_modes", "consistent_mass"):
-        changed = replace(engine.reduction, **{key: other(getattr(engine.reduction, key))})
-        assert crank.input_digest(replace(engine, reduction=changed)) != own, key
+    keys = {name: [field.name for field in fields(getattr(engine, name))] for name in ("material", "crankshaft")}
+    for name, own_keys in (keys | {"reduction": ["fixed_modes", "consistent_mass"]}).items():
+        for key in own_keys:
+            part = getattr(engine, name)
+            changed = replace(engine, **{name: replace(part, **{key: other(getattr(part, key))})})
+            assert crank.input_digest(changed) != own, key
     assert crank.input_digest(replace(engine, thrust=replace(engine.thrust, main=1))) != own
 
 
@@ -148,12 +146,9 @@ def test_a_beam_crank_stands_beside_the_solid_one_that_is_kept(no_mesh):
     assert all(row["mac"] == pytest.approx(1.0) for row in found["cranktrain"]["modes"])
 
 
-@pytest.mark.parametrize("name", ["single_petrol", "diesel_v8"])
-def test_campbell_diagrams_of_beam_cranks_make_no_mesh(no_mesh, name):
-    assert ct.campbell(name, crank="beam", from_rpm=1500, to_rpm=2000, step_rpm=250).hz.shape[0] == 3
-
-
-def test_run_ups_of_beam_cranks_and_the_damping_they_lend_make_no_mesh(no_mesh):
+def test_campbell_and_run_ups_of_beam_cranks_and_the_damping_they_lend_make_no_mesh(no_mesh):
+    for name in ("single_petrol", "diesel_v8"):
+        assert ct.campbell(name, crank="beam", from_rpm=1500, to_rpm=2000, step_rpm=250).hz.shape[0] == 3
     choices = {"crank": "beam", "workers": 1, "highest_order": 3}
     assert ct.runup("single_petrol", from_rpm=1500, to_rpm=1550, step_rpm=50, **choices).speeds.size == 2
     made = ct.assemble("single_petrol", ct.Settings(crank="torsional"))
@@ -161,17 +156,11 @@ def test_run_ups_of_beam_cranks_and_the_damping_they_lend_make_no_mesh(no_mesh):
 
 
 def test_inherited_damping_is_measured_anew_for_what_it_depends_on_alone(no_mesh, monkeypatch):
-    measured = []
-
-    def count(simulation):
-        measured.append(simulation)
-        return Decay(np.array([400.0]), np.array([0.02]), 300.0)
-
-    monkeypatch.setattr(inherited_damping, "measured_decay", count)
+    measured, decay = [], Decay(np.array([400.0]), np.array([0.02]), 300.0)
+    monkeypatch.setattr(inherited_damping, "measured_decay", lambda simulation: measured.append(simulation) or decay)
     engine = load_engine("single_petrol")
     without = replace(engine, limits=None, crank_strength=None, load=None)
-    same = [engine, replace(engine, name="x", title="y"), without]
-    for one in same:
+    for one in (engine, replace(engine, name="x", title="y"), without):
         assembly.running_crank(one, "torsional")
     assert len(measured) == 1
     pistons = replace(engine, cylinders=replace(engine.cylinders, piston_mass=1.01 * engine.cylinders.piston_mass))
@@ -202,27 +191,18 @@ def test_an_fmu_carries_slow_levels_on_demand_or_where_it_starts_at_them():
 
 
 @pytest.mark.parametrize(
-    ("keywords", "film_table", "flexible", "block", "films"),
-    [
-        ({}, False, False, True, True),
-        ({"levels": "all"}, True, True, True, True),
-        ({"levels": "flexible"}, False, True, True, True),
-        ({"film_table": False}, False, True, True, True),
-        ({"film_table": False, "block": False}, False, False, False, True),
-        ({"levels": "basic"}, False, False, True, False),
-    ],
-)
-def test_keywords_choose_the_data_of_an_fmu(monkeypatch, tmp_path, keywords, film_table, flexible, block, films):
+    ("keywords", "chosen"),
+    [({}, {"block", "films"}), ({"levels": "all"}, {"film_table", "flexible", "block", "films"}),
+     ({"levels": "flexible"}, {"flexible", "block", "films"}), ({"film_table": False}, {"flexible", "block", "films"}),
+     ({"film_table": False, "block": False}, {"films"}), ({"levels": "basic"}, {"block"})],
+)  # fmt: skip
+def test_keywords_choose_the_data_of_an_fmu(monkeypatch, tmp_path, keywords, chosen):
     asked = []
-
-    def whole_model(engine, body, say, **given):
-        asked.append(given)
-        return FlatModel(engine, {})
-
-    monkeypatch.setattr("cranktrain.fmu.build.whole_model", whole_model)
+    monkeypatch.setattr("cranktrain.fmu.build.whole_model",
+                        lambda engine, *_, **given: asked.append(given) or FlatModel(engine, {}))  # fmt: skip
     monkeypatch.setattr("cranktrain.fmu.build.build", lambda *_, **__: tmp_path / "made.fmu")
     build_fmu("diesel_i6", tmp_path, platforms=(), **keywords)
-    assert asked == [{"film_table": film_table, "flexible": flexible, "block": block, "films": films}]
+    assert asked == [{name: name in chosen for name in ("film_table", "flexible", "block", "films")}]
 
 
 @pytest.mark.parametrize("chosen", [{"block": "flexible"}, {"bearings": "table"}])
