@@ -207,7 +207,7 @@ def test_slips_of_the_table_are_told(tmp_path, old, new, said):
 
 def test_engines_whose_big_ends_have_no_film_of_their_own_are_told():
     articulated = load_engine(Path(__file__).parents[1] / "data" / "engines" / "v12_articulated.toml")
-    own, made = with_rods("single_petrol")
+    own, _ = with_rods("single_petrol")
     for engine, said in (
         (articulated, "cylinders.rods_on_pin: rods run on each other there"),
         (replace(own, big_end_bearing=None), "rod_shape.big_end: a film needs the table [big_end_bearing]"),
@@ -215,5 +215,3 @@ def test_engines_whose_big_ends_have_no_film_of_their_own_are_told():
         shape = RodShape(stations=(0.0, engine.rod.length), areas=(1e-5,), second_moments=(1e-10,))
         with one_line(said):
             load_engine(replace(engine, rod_shape=shape))
-    with one_line("rod of cylinder 1 is an added body, whose big end has a film of its own; leave"):
-        ct.simulate(made, speed_rpm=3000.0, crank="beam", block="ground", big_ends="impedance", inherit=False)

@@ -28,6 +28,7 @@ from cranktrain.engine.file import load_engine
 from cranktrain.results.orders.harmonics import order_amplitudes
 from cranktrain.results.run_up.run_up import RunUp
 from cranktrain.structure.assembly import Assembly, assemble
+from cranktrain.studies.run_up.free_decay import largest_decay
 from cranktrain.studies.run_up.run_up import speeds_between
 from cranktrain.studies.run_up.sequence import next_speed, steady_speeds
 from cranktrain.studies.run_up.steady import Job, SteadyRuns
@@ -105,6 +106,14 @@ def test_a_speed_does_not_depend_on_the_side_that_its_neighbours_are_on():
         assert np.abs(np.array(others) - alone).max() < 3e-6 * (alone[2] - alone[0]), name
 
 
+def test_a_free_decay_is_told_apart_into_its_oscillations():
+    t = 4e-4 * np.arange(200)
+    exponents = np.array([-37.0 + 2j * math.pi * 248.0, -20.0 + 2j * math.pi * 262.0, -5.0 + 2j * math.pi * 16.0])
+    signal = np.real([1.0, 0.4, 3.0] @ np.exp(np.outer(exponents, t)))
+    assert largest_decay(signal, t[1]) == pytest.approx(exponents[0], rel=1e-6)
+    assert not np.isfinite(largest_decay(0.0 * t, t[1]))
+
+
 def test_a_model_holds_nothing_of_the_speeds_before(made):
     """Factors, input samples and oil are those of the speed: a used model finds to the bit what a new one does."""
     runs = steady(made)
@@ -134,6 +143,11 @@ def test_each_speed_runs_once_and_beside_a_finished_one_where_it_can(speeds, cou
         finished.append(running.pop(chance.randrange(len(running))))
     assert len(finished) == total and sorted(finished) == sorted(map(float, speeds))
     assert cold <= 1 if count == 1 else cold <= total
+
+
+def test_two_workers_start_far_apart():
+    speeds = [float(k) for k in range(100, 181, 10)]
+    assert (next_speed(speeds, [], []), next_speed(speeds[1:], [], [100.0])) == (100.0, 180.0)
 
 
 class OneAtATime:

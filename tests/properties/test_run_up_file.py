@@ -50,14 +50,6 @@ def test_a_file_gives_back_what_it_was_given(tmp_path, extremes):
     assert np.array_equal(found.order(6.0), made.torsion[:, 11])
 
 
-def test_what_a_run_up_does_not_have_is_refused_with_what_it_has():
-    made = run_up([100.0, 110.0])
-    with pytest.raises(InputError, match=r"order 25 is not in this run-up; it has 0\.5 to 24"):
-        made.order(25.0)
-    with pytest.raises(InputError, match=r"did you mean 'pulley\.axial'"):
-        made.order(6.0, "pulley.axal")
-
-
 def test_parts_merge_in_the_order_of_their_speeds():
     low, high = run_up([100.0, 120.0]), run_up([110.0, 120.0, 130.0], seed=2)
     whole = merged([low, high])

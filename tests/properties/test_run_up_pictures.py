@@ -204,15 +204,6 @@ def test_orders_meet_modes_at_critical_speeds(modes):
     assert modes.nearest(6.0, 2300.0 * RPM, "axial") is None
 
 
-def test_modes_of_a_torsional_crank_do_not_feel_the_speed():
-    """Their frequencies are constant, so orders meet them where the linear critical speeds are."""
-    engine = replace(SIX, reduction=replace(SIX.reduction, torsional_source="ker-wilson"))
-    found = campbell(engine, crank_body(engine, "torsional"), np.array([1000.0, 2000.0, 2600.0]) * RPM)
-    assert found.names[:2] == ("drive line", "torsional 1") and set(found.kinds) == {"drive line", "torsional"}
-    np.testing.assert_allclose(found.hz, np.broadcast_to(found.hz[0], found.hz.shape), rtol=2e-3)
-    assert found.agreement.min() > 0.999
-
-
 def test_modes_of_an_elastic_crank_are_followed_by_their_shapes():
     """Where frequencies veer shapes change with the speed: the criterion misses one by the square of the step."""
     body = crank_body(SIX, "beam")

@@ -1,13 +1,14 @@
 """Differences between runs of a scene, the ladder that a plan climbs, and plans against a run at the next level."""
 
 import math
+from functools import partial
 from pathlib import Path
 
 import numpy as np
 import pytest
 
 from cranktrain.engine.levels import CRANKS
-from cranktrain.studies.planning.difference import LastCycle, by_family, relative_differences
+from cranktrain.studies.planning.difference import LastCycle, by_family, longest_step, relative_differences
 from cranktrain.studies.planning.ladder import bearing_levels, candidates, every_pair, next_pair
 from cranktrain.studies.planning.planning import plan
 from cranktrain.studies.planning.running import SceneRun
@@ -39,15 +40,13 @@ def test_amplitude_and_phase_of_one_order():
 
 
 def test_nothing_above_the_frequency_counts():
-    def signal(angle):
-        return np.sin(3.0 * angle)
+    def rough(angle, more=0.3):
+        return np.sin(3.0 * angle) + more * np.sin(8.0 * angle)
 
-    def rough(angle):
-        return signal(angle) + 0.3 * np.sin(8.0 * angle)
-
-    assert difference(rough, signal, 7.5) == pytest.approx(0.0, abs=1e-12)
+    for highest, found in ((7.5, 0.0), (8.0, 0.3)):
+        assert difference(rough, partial(rough, more=0.0), highest) == pytest.approx(found, rel=1e-9, abs=1e-12)
     assert difference(np.zeros_like, np.zeros_like, 6.0) == 0.0
-    assert difference(rough, signal, 8.0) == pytest.approx(0.3, rel=1e-9)
+    assert longest_step(SPEED, 500.0) / SPEED == pytest.approx(1.0 / (4.0 * 500.0))  # four steps to a period
 
 
 def test_beyond_what_is_sampled_it_is_the_rms_over_samples():

@@ -208,11 +208,10 @@ def test_a_rod_without_a_crank_or_without_masses_is_told():
         Simulation(engine, made.body, made.settings, None, made.parts._replace(topology=topology)).initialize()
 
     pin = ct.End("crank", "pin[1]")
-    with one_line("connection 'r'", "length", "cylinder"):
-        refused(pin, GROUND)
-    with one_line("connection 'r'", "length", "throw"):
-        refused(pin, GROUND, cylinder=1, length=0.02)
-    with one_line("connection 'r'", "cylinder", "1 to 1"):
-        refused(pin, GROUND, cylinder=2)
-    with one_line("connection 'r'", "pin", "turns"):
-        refused(GROUND, pin, cylinder=1)
+    for words, places, data in (
+        (("length", "cylinder"), (pin, GROUND), {}),
+        (("length", "throw"), (pin, GROUND), {"cylinder": 1, "length": 0.02}),
+        (("cylinder", "1 to 1"), (pin, GROUND), {"cylinder": 2}), (("pin", "turns"), (GROUND, pin), {"cylinder": 1}),
+    ):  # fmt: skip
+        with one_line("connection 'r'", *words):
+            refused(*places, **data)

@@ -22,7 +22,7 @@ from cranktrain.store.hdf5 import (
     seal,
     write_result,
 )
-from cranktrain.structure.crank.reduction import input_digest, reduced_crankshaft, stored_path
+from cranktrain.structure.crank.reduction import input_digest, reduced_crankshaft, running_loads, stored_path
 
 
 @pytest.fixture
@@ -114,6 +114,11 @@ def test_the_cache_follows_the_structural_inputs(tmp_path, monkeypatch, body):
     save_body(path, body)
     with pytest.raises(StoreError, match="other inputs"):
         reduced_crankshaft(engine)
+
+
+def test_running_loads_are_where_forces_act():
+    loads = running_loads(load_engine("diesel_i6"))
+    assert len(loads) == 2 * 7 + 2 * 6 + 1 and ("thrust", 2) in loads
 
 
 @pytest.fixture

@@ -8,14 +8,14 @@ from test_crank_stress import ONE_THROW
 
 from cranktrain.core.errors import InputError
 from cranktrain.results.strength.fatigue import haigh_judgement
-from cranktrain.results.strength.fillet_histories import FilletRun
+from cranktrain.results.strength.fillet_histories import FilletRun, fatigue_name
 from cranktrain.structure.crank.shape import pin_centre, stations
 from cranktrain.structure.fem.craig_bampton import rigid_motions
 from cranktrain.structure.fem.elasticity import component_dofs, finite_elements
 from cranktrain.structure.fem.mesh import crankshaft_mesh
 from cranktrain.structure.stress.nodal_stress import von_mises
 from cranktrain.structure.stress.sub_model import CUTS, LOADS, FilletModes, cut_motion, fillet_modes, throw_loads
-from cranktrain.structure.stress.throw_mesh import throw_mesh
+from cranktrain.structure.stress.throw_mesh import throw_mesh, throw_places
 
 CRANK = replace(ONE_THROW.crankshaft, mesh_size=0.04)
 FINENESS = 0.5
@@ -100,11 +100,18 @@ def test_by_resultants_the_cuts_carry_them(fillet):
     found = rng.standard_normal((1, CUTS)) * 1e-6
     wrench = drive @ fillet.beyond[:-CUTS] + found @ fillet.beyond[-CUTS:]
     moved = fillet.by_resultants(drive, wrench)
-    np.testing.assert_allclose(
-        drive @ fillet.beyond[:-CUTS] + moved @ fillet.beyond[-CUTS:], wrench, atol=1e-6 * np.abs(wrench).max()
-    )
+    carried = drive @ fillet.beyond[:-CUTS] + moved @ fillet.beyond[-CUTS:]
+    np.testing.assert_allclose(carried, wrench, atol=1e-6 * np.abs(wrench).max())
     stress = [np.tensordot(s, fillet.modes[-CUTS:].astype(float), axes=1) for s in (found, moved)]
     assert np.abs(stress[1] - stress[0]).max() < 1e-4 * np.abs(stress[0]).max()
+
+
+def test_a_throw_has_four_fillets_and_the_bore_of_its_pin():
+    named = [fatigue_name(name) for pin in (1, 6) for name in throw_places(ONE_THROW.crankshaft, pin)]
+    assert named == [
+        "web[1].main", "web[1].pin", "web[2].pin", "web[2].main", "pin[1].oil_bore",
+        "web[11].main", "web[11].pin", "web[12].pin", "web[12].main", "pin[6].oil_bore",
+    ]  # fmt: skip
 
 
 def test_fatigue_looks_where_the_range_is_greatest_too():

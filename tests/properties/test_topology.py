@@ -41,6 +41,19 @@ def held(name, **changed):
     return joined(f"hold_{name}", "spring", f"{name}.gear", **HELD | changed)
 
 
+def test_rigid_body_is_what_attaching_gives():
+    inertia, place = np.array([[0.1, 0.01, 0.02], [0.01, 0.12, -0.01], [0.02, -0.01, 0.05]]), (0.01, -0.02, 0.2)
+    ends = {"a": (0.0, 0.0, 0.0), "b": (0.0, 0.1, 0.4)}
+    own, small = (
+        rigid_body("own", 5.0, inertia, place, ends),
+        rigid_body("own", 1e-10, 1e-12 * np.eye(3), (0,) * 3, ends),
+    )
+    check(own)
+    other = attach(small, "a", 5.0, inertia, place)
+    for name in ("gyroscopic", "centrifugal", "stress_stiffness", "shapes", "euler_load", "translation"):
+        np.testing.assert_allclose(getattr(own, name), getattr(other, name), atol=2e-7)
+
+
 def axes(frame, angle):
     """Axes of a frame (3, 3), columns in the engine's, at a crank angle."""
     turned = frame.rate * angle + frame.angle

@@ -15,7 +15,7 @@ from cranktrain.dynamics.model.settings import Settings
 from cranktrain.dynamics.simulation import simulate
 from cranktrain.engine.checks.engine import check_engine
 from cranktrain.engine.drive_line_chain import DriveLineChain, read_drive_line
-from cranktrain.engine.file import engine_folder, load_engine
+from cranktrain.engine.file import load_engine
 from cranktrain.engine.model import engine_from_dict, engine_to_dict
 from cranktrain.engine.torsional_chain import Chain, Disc, Shaft
 from cranktrain.loads.gas_pressure import GasTrace
@@ -136,17 +136,5 @@ def test_a_table_is_the_same_as_toml_csv_and_engine_file(tmp_path):
     assert DriveLineChain.of(line.chain) == line
     engine = replace(SIX, drive_line_chain=line)
     assert engine_from_dict(engine_to_dict(engine)) == engine
-    entries = {
-        "starts": '["flywheel", "clutch", "gear"]', "ends": '["clutch", "gear", "dynamometer"]',
-        "stiffnesses": "[3e4, 0, 1e4]", "dampings": "[8, 0, 0]", "loss_factors": "[0, 0, 0.05]",
-        "ratios": "[1, -1.5, 1]",
-        "discs": '["clutch", "gear"]', "inertias": "[0.2, 0.1]", "disc_dampings": "[0.5, 0]",
-    }  # fmt: skip
-    units = {"stiffnesses": "N m/rad", "dampings": "N m s/rad", "inertias": "kg m^2", "disc_dampings": "N m s/rad"}
-    text = (engine_folder() / "diesel_i6.toml").read_text()
-    text += "\n[drive_line_chain]\n" + "".join(
-        f'{key} = {{ value = {value}, unit = "{units.get(key, "1")}", origin = "chosen" }}\n'
-        for key, value in entries.items()
-    )
-    (tmp_path / "six.toml").write_text(text)
+    (tmp_path / "six.toml").write_text(engine.to_toml(), "utf-8")
     assert load_engine(tmp_path / "six.toml").drive_line_chain == line

@@ -1,4 +1,7 @@
-"""Units whose C functions compiled code calls: the bits of the master's own calls, the same errors, notes of calls."""
+"""Units whose C functions compiled code calls: the bits of the master's own calls, the same errors, notes of calls.
+
+Functions of FMI 3.0, arrays and events: ``tests/fmu/test_turns_of_foreign_units.py``.
+"""
 
 import ctypes
 
@@ -29,8 +32,6 @@ STOP = 2.0
 class InC(Around):
     """A mass that is called through C functions, of which one may answer with a status from some time on."""
 
-    version = unit_turns.FMI_2
-
     def __init__(self, unit, call=None, status=0, notes=None):
         super().__init__(unit)
         self.inputs = {name: Port(low=-0.02, high=0.02) for name in unit.inputs}  # no feeds: it is a unit of its steps
@@ -40,14 +41,14 @@ class InC(Around):
         super().link(inputs, outputs)
         self.sizes = len(inputs), len(outputs)
 
-    def functions(self):
-        return VALUES(self.set), STEP(self.go), VALUES(self.get)
-
     def direct(self):
-        self.called = self.functions()
+        self.called = VALUES(self.set), STEP(self.go), VALUES(self.get)
+        return self.by(unit_turns.FMI_2)
+
+    def by(self, version):
         addresses = [ctypes.cast(function, ctypes.c_void_p).value for function in self.called]
         given, taken = (ExchangedValues(range(n), [Place(k) for k in range(n)], {}) for n in self.sizes)
-        return Direct(Calls(self.version, *addresses, 1), given, taken, True, self.fail, self.notes, 0)
+        return Direct(Calls(version, *addresses, 1), given, taken, True, self.fail, self.notes, 0)
 
     def answer(self, call):
         return self.status if call == self.odd and self.time > 0.5 * STOP else 0
@@ -70,26 +71,17 @@ class InC(Around):
         raise UnitError(f"call {failed.call} said {failed.status}")
 
 
-class InC3(InC):
-    """By functions of FMI 3.0; ``told``: eventHandlingNeeded, terminateSimulation and earlyReturn of odd steps."""
+class Eventful(InC):
+    """By functions of FMI 3.0; after half of the run it tells of an event, its flags are those of a new step."""
 
-    version = unit_turns.FMI_3
-
-    def __init__(self, unit, told=(), **options):
-        super().__init__(unit, **options)
-        self.told = told
-
-    def functions(self):
-        by_size = (VALUES_3(lambda *given, own=own: own(*given[:-1])) for own in (self.set, self.get))
-        return next(by_size), STEP_3(self.tell), next(by_size)
+    def direct(self):
+        given, taken = (VALUES_3(lambda *told, own=own: own(*told[:-1])) for own in (self.set, self.get))
+        self.called = given, STEP_3(self.tell), taken
+        return self.by(unit_turns.FMI_3)
 
     def tell(self, component, time, size, no_state_before, event, ended, early, reached):
-        flags = event, ended, early
-        assert no_state_before and not any(flag[0] for flag in flags)
-        if self.told and time > 0.5 * STOP:
-            for flag, value in zip(flags, self.told, strict=True):
-                flag[0] = value
-            reached[0] = time + 0.25 * size
+        assert no_state_before and not (event[0] or ended[0] or early[0])
+        event[0], reached[0] = time > 0.5 * STOP, time + 0.25 * size
         return self.go(component, time, size, no_state_before)
 
 
@@ -106,7 +98,7 @@ def coupled(scheme, reconstruction, wrap):
 @pytest.mark.parametrize("reconstruction", ["hold", "linear", "quadratic"])
 @pytest.mark.parametrize("error", [None, 1e-3])
 def test_compiled_turns_give_the_bits_of_the_masters_own(scheme, reconstruction, error):
-    """Also if one of two units is called by the master itself, or by FMI 3.0; bounds of inputs are reached."""
+    """Also if one of two units is called by the master itself; bounds of inputs are reached."""
 
     class Plain(InC):
         direct = None
@@ -114,11 +106,8 @@ def test_compiled_turns_give_the_bits_of_the_masters_own(scheme, reconstruction,
     def first_only(unit):
         return InC(unit) if unit.name == "first" else Plain(unit)
 
-    def of_both_versions(unit):
-        return InC(unit) if unit.name == "first" else InC3(unit)
-
     found = []
-    for wrap in (Plain, InC, InC3, first_only, of_both_versions):
+    for wrap in (Plain, InC, first_only):
         master, bonds = coupled(scheme, reconstruction, wrap)
         assert (master._turns is None) == (wrap is Plain)
         steps = Steps(0.05) if error is None else Steps(0.05, error, 0.005, 0.2)
@@ -139,12 +128,11 @@ def test_compiled_turns_give_the_bits_of_the_masters_own(scheme, reconstruction,
     ],
 )
 @pytest.mark.parametrize("status", [-1, 2, 3])
-@pytest.mark.parametrize("kind", [InC, InC3])
-def test_a_status_that_is_not_good_ends_the_run_with_unit_time_and_call(call, when, status, kind):
+def test_a_status_that_is_not_good_ends_the_run_with_unit_time_and_call(call, when, status):
     notes = np.zeros(unit_turns.NOTE_SLOTS, dtype=np.int64)
 
     def wrap(unit):
-        return kind(unit, call=call, status=status if unit.name == "second" else 0, notes=notes)
+        return InC(unit, call=call, status=status if unit.name == "second" else 0, notes=notes)
 
     master, bonds = coupled("gauss-seidel", "linear", wrap)
     with pytest.raises(UnitError, match=f"{when}.*: call {call} said {status}"):
@@ -152,9 +140,7 @@ def test_a_status_that_is_not_good_ends_the_run_with_unit_time_and_call(call, wh
     assert notes[unit_turns.NOTE_CALL] == call and notes[unit_turns.NOTE_COUNT] % 2 == 1
 
 
-@pytest.mark.parametrize(
-    "wrap", [lambda unit: InC3(unit, told=(1, 0, 0)), lambda unit: InC(unit, unit_turns.STEPPING, 1)]
-)
+@pytest.mark.parametrize("wrap", [Eventful, lambda unit: InC(unit, unit_turns.STEPPING, 1)])
 def test_an_event_alone_ends_nothing(wrap):
     """Nor does a warning."""
     master, bonds = coupled("gauss-seidel", "linear", wrap)

@@ -5,7 +5,6 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
-from one_line import one_line
 from valve_trains import CYCLE, FREE, RIGID, RPM, output, running, single, six, turn
 
 from cranktrain.modules.combustion.file import load as load_combustion
@@ -244,31 +243,3 @@ def test_many_tiny_steps_and_an_absurd_speed():
     for k in range(50):
         simulation.step(simulation.time + 10.0 ** (-12.0 + 0.2 * k))
     assert np.isfinite(simulation.outputs).all()
-
-
-def test_refused_inputs():
-    simulation = running(six())
-    for slot, value, said in (
-        (0, math.nan, "crank.speed is nan; it must be a finite number"),
-        (0, -1.0, "reverse running is not modelled"),
-        (1, 2.0, "115 deg off from where crank.speed has led"),
-    ):
-        before = simulation.inputs.copy()
-        simulation.inputs[slot] = value
-        with one_line(said):
-            simulation.step(1e-4)
-        simulation.inputs[:] = before
-    with one_line("must go forward"):
-        simulation.step(0.0)
-    simulation.step(1e-4)
-
-
-@pytest.mark.parametrize(
-    ("key", "value", "said"),
-    [("intake_closes", -7.0, "intake_opens -375 deg, closes -401.07 deg; it opens before it closes"),
-     ("ramp", 3.0, "leaves the intake valve no time on its seat"), ("lash", math.inf, "it must be a finite number"),
-     ("inputs_at", "middle", "inputs_at 'middle' is not known")],
-)  # fmt: skip
-def test_settings_that_no_valve_train_has(key, value, said):
-    with one_line(said):
-        build_model(replace(six(), **{key: value}))

@@ -160,8 +160,8 @@ def files(four, tmp_path_factory):
     )  # fmt: skip
 
 
-def ask(measured, healthy, engine="four_petrol", orders=None, **more):
-    return ct.watch(engine, measured, healthy=healthy, orders=orders, method="linear", inherit=False, **more)
+def ask(measured, healthy, engine="four_petrol", **more):
+    return ct.watch(engine, measured, healthy=healthy, method="linear", inherit=False, **more)
 
 
 def test_a_misfire_is_found_from_files(files):
@@ -187,16 +187,16 @@ def test_what_cannot_be_watched_is_refused_with_numbers(files, four):
     watch, _ = four
     fast, other = (write(folder / name, watch.place._replace(speeds=watch.place.speeds * times), watch.own)
                    for name, times in (("fast.csv", 3.0), ("other.csv", 1.1)))  # fmt: skip
-    for told, measured, *given in (
-        ("2 healthy recordings are given; 3 or more", misfire, healthy[:2]),
-        ("order 0.5 has no phase at 3 of 3 speeds; amplitudes alone do not tell", amplitudes, healthy),
-        ("engine 'single_petrol' explains ... % of the healthy", misfire, healthy, "single_petrol"),
-        ("has no order 7.5 of pulley.torsion", misfire, healthy, "four_petrol", "7.5"),
-        ("fast.csv: 2 of 3 speeds, 4500 to 13500 rev/min, lie outside", fast, healthy),
-        ("order 0.5 was not recorded at 1650 rev/min", other, healthy),
+    for told, measured, given, more in (
+        ("2 healthy recordings are given; 3 or more", misfire, healthy[:2], {}),
+        ("order 0.5 has no phase at 3 of 3 speeds; amplitudes alone do not tell", amplitudes, healthy, {}),
+        ("engine 'single_petrol' explains ... % of the healthy", misfire, healthy, {"engine": "single_petrol"}),
+        ("has no order 7.5 of pulley.torsion", misfire, healthy, {"orders": "7.5"}),
+        ("fast.csv: 2 of 3 speeds, 4500 to 13500 rev/min, lie outside", fast, healthy, {}),
+        ("order 0.5 was not recorded at 1650 rev/min", other, healthy, {}),
     ):
         with one_line(told):
-            ask(measured, *given)
+            ask(measured, given, **more)
 
 
 @pytest.mark.parametrize(
