@@ -92,11 +92,11 @@ def hysteretic(stiffness, mass):
     return root.real, root.imag / np.abs(root)
 
 
-def in_time(engine, body):
+def in_time(engine, body, settings=SETTINGS):
     """Frequencies and damping ratios of the running model, its rods replaced by their mean."""
-    model = build_model(engine, body, SETTINGS, SPEED, GasTrace.from_engine(engine))
+    model = build_model(engine, body, settings, SPEED, GasTrace.from_engine(engine))
     own = slice(5, None)
-    damping, stiffness = (matrix[own, own] for matrix in entry.matrices(model))
+    damping, stiffness = (matrix[own, own] for matrix in entry.matrices(model, damper=settings.damper == "fitted"))
     mass = np.eye(len(stiffness))
     for k, pin in enumerate(engine.cylinders.pins):
         rod = engine.rods[k]

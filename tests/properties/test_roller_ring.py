@@ -134,8 +134,10 @@ def short_engine(throws):
     return engine
 
 
-def with_springs(engine, radial, tilting):
-    rollers = replace(engine.main_roller, law="linear", stiffness=tuple(radial), tilt_stiffness=tuple(tilting))
+def with_springs(engine, mains):
+    """An engine on springs, N/mm and N m/rad of each main."""
+    radial, tilting = zip(*((1e3 * one, other) for one, other in mains), strict=True)
+    rollers = replace(engine.main_roller, law="linear", stiffness=radial, tilt_stiffness=tilting)
     return replace(engine, main_roller=rollers)
 
 
@@ -163,12 +165,8 @@ def test_a_run_on_the_stand_ins_twists_as_one_on_the_rollers(throws, within):
     report = running_rollers(engine, rpm, BEAM)
     assert report["periodic"] and report["block"] == "ground" and report["law"] == "palmgren"
     mains = report["mains"]
-    springs = [entry["stand_in"] for entry in mains]
-    found = with_springs(
-        engine,
-        [1e3 * spring["stiffness_n_per_mm"] for spring in springs],
-        [spring["tilt_stiffness_nm_per_rad"] for spring in springs],
-    )
+    own = (entry["stand_in"] for entry in mains)
+    found = with_springs(engine, [(one["stiffness_n_per_mm"], one["tilt_stiffness_nm_per_rad"]) for one in own])
     rollers = torsion_hz(engine, rpm)
     assert torsion_hz(found, rpm) == pytest.approx(rollers, rel=within)
     for entry in mains:
@@ -180,11 +178,8 @@ def test_a_run_on_the_stand_ins_twists_as_one_on_the_rollers(throws, within):
         assert tangent["across_load"] < tangent["along_load"]
     if throws == 4:
         # Plain means are too stiff a spring: they are farther off.
-        plain = with_springs(
-            engine,
-            [1e3 * entry["tangent_n_per_mm"]["mean"] for entry in mains],
-            [entry["tilt_tangent_nm_per_rad"]["mean"] for entry in mains],
-        )
+        names = "tangent_n_per_mm", "tilt_tangent_nm_per_rad"
+        plain = with_springs(engine, [[entry[name]["mean"] for name in names] for entry in mains])
         assert torsion_hz(plain, rpm) > rollers * (1.0 + within)
 
 

@@ -64,11 +64,9 @@ def test_a_steady_cycle_from_neighbours_is_the_last_of_a_long_run(made):
 
 @pytest.mark.parametrize(
     ("rpm", "settle"),
-    [
-        (1600.0, 1e-6),
-        *(pytest.param(rpm, settle, marks=pytest.mark.slow) for rpm in (1200.0, 2180.0) for settle in (1e-4, 1e-6)),
-    ],
-)
+    [(1600.0, 1e-6),
+     *(pytest.param(rpm, settle, marks=pytest.mark.slow) for rpm in (1200.0, 2180.0) for settle in (1e-4, 1e-6))],
+)  # fmt: skip
 def test_every_family_of_outputs_is_that_of_a_long_run(rpm, settle):
     """Solid crank on films, whose torsion and collar settle by what the neighbours taught (benchmarks/long_run.py)."""
     engine, body = whole_six() if rpm > 2000.0 else six()  # without an axial path it has no period there

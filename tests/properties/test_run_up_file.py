@@ -25,15 +25,11 @@ def run_up(speeds, seed=1):
         return generator.standard_normal((s, o)) + 1j * generator.standard_normal((s, o))
 
     return RunUp(
-        speeds=np.array(speeds, dtype=float),
-        orders=0.5 * np.arange(1, o + 1),
-        amplitudes={"pulley.torsion": amplitudes(), "pulley.axial": amplitudes()},
-        extremes={"bearing[1].force.x": generator.standard_normal((s, 3))},
-        cycles=generator.integers(2, 9, s),
-        repeats=np.ones(s, dtype=int),
-        left=generator.random(s),
-        attributes={"engine": "diesel_i6", "settle": 1e-4},
-    )
+        np.array(speeds, dtype=float), 0.5 * np.arange(1, o + 1),
+        {"pulley.torsion": amplitudes(), "pulley.axial": amplitudes()},
+        {"bearing[1].force.x": generator.standard_normal((s, 3))}, generator.integers(2, 9, s), np.ones(s, dtype=int),
+        generator.random(s), {"engine": "diesel_i6", "settle": 1e-4},
+    )  # fmt: skip
 
 
 @pytest.mark.parametrize("extremes", [True, False])

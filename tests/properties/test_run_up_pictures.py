@@ -18,6 +18,7 @@ from cranktrain.results.orders.modes_over_speed import ModesOverSpeed
 from cranktrain.results.orders.resonances import peaks
 from cranktrain.results.run_up import figures, peak_figures
 from cranktrain.results.run_up import plot_data as shown
+from cranktrain.results.run_up.plots import spread
 from cranktrain.results.run_up.run_up import AXIAL, FLYWHEEL, TORSION, RunUp, with_twist
 from cranktrain.results.views.over_speed import OrdersOverSpeed
 from cranktrain.structure.crank.level import crank_body
@@ -193,6 +194,13 @@ def test_a_colour_map_has_the_orders_and_their_frequencies(run_up, log):
     found = np.unravel_index(right.argmax(), right.shape)
     assert found[1] == top[1]
     assert abs(hz[found[0]] / (6.0 * speeds[top[1]] / (2.0 * math.pi)) - 1.0) < 0.25 / 6.0 + 0.01
+
+
+def test_labels_are_spread_in_their_sequence():
+    wanted = [5.0, 5.1, 1.0, 9.9]
+    places = spread(wanted, 1.0, 0.0, 10.0)
+    assert np.argsort(places).tolist() == np.argsort(wanted).tolist() and np.diff(np.sort(places)).min() >= 1.0 - 1e-12
+    assert np.diff(np.sort(spread([5.0] * 6, 4.0, 0.0, 10.0))) == pytest.approx(2.0)
 
 
 def test_orders_meet_modes_at_critical_speeds(modes):

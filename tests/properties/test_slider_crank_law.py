@@ -26,15 +26,11 @@ GROUND, SPEED = ct.End("ground"), 200.0
 
 def on_own_pins(engine):
     """A second rod on each pin of an engine, in the cylinder of the first one."""
-    links = [
-        ct.Connection(
-            f"second[{c}]",
-            "slider_crank",
-            (ct.End("crank", f"pin[{pin}]", (0.0, 0.0, engine.rod_offsets[c - 1])), GROUND),
-            {"cylinder": c, "bank": engine.cylinders.bank_angles[c - 1], "offset": engine.offsets[c - 1]},
-        )
-        for c, pin in enumerate(engine.cylinders.pins, 1)
-    ]
+    links = []
+    for c, pin in enumerate(engine.cylinders.pins):
+        data = {"cylinder": c + 1, "bank": engine.cylinders.bank_angles[c], "offset": engine.offsets[c]}
+        ends = ct.End("crank", f"pin[{pin}]", (0.0, 0.0, engine.rod_offsets[c])), GROUND
+        links.append(ct.Connection(f"second[{c + 1}]", "slider_crank", ends, data))
     return ct.Topology((), (), tuple(links))
 
 

@@ -101,11 +101,10 @@ def with_secondary(engine):
     """An engine with a second flywheel on springs of a coupling."""
     places = {"interfaces": ("hub",), "x": (0.0,), "y": (0.0,), "z": (1.0,)}
     disc = BodyTable(name="disc", frame="crank", mass=5.0, inertia=(0.1, 0.1, 0.15), centre=(0.0, 0.0, 1.0), **places)
+    guide = Spring((1e8, 1e8, 1e8), (1e3,) * 3, (1e5, 1e5, 0.0))
     links = (
         ConnectionTable("springs", "coupling", ("disc.hub", "crank.flywheel"), coupling=Coupling(8e4, 15.0)),
-        ConnectionTable(
-            "guide", "spring", ("disc.hub", "ground"), spring=Spring((1e8, 1e8, 1e8), (1e3,) * 3, (1e5, 1e5, 0.0))
-        ),
+        ConnectionTable("guide", "spring", ("disc.hub", "ground"), spring=guide),
     )
     return replace(formula(engine), body=(disc,), connection=links)
 

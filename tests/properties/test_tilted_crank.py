@@ -25,12 +25,9 @@ SPEED = 2000 * math.pi / 30
 ENGINE = free_six()
 BODY = rigid_crank(ENGINE)
 CHOICES = [
-    {"bearings": "reynolds"},
-    {"big_ends": "impedance"},
-    {"bearings": "reynolds", "big_ends": "impedance"},
-    {"bearings": "ehd", "newton_tolerance": 1e-4},
-    {"big_ends": "table"},
-]
+    {"bearings": "reynolds"}, {"big_ends": "impedance"}, {"bearings": "reynolds", "big_ends": "impedance"},
+    {"bearings": "ehd", "newton_tolerance": 1e-4}, {"big_ends": "table"},
+]  # fmt: skip
 
 
 @cache
@@ -76,12 +73,9 @@ def test_blocks_are_the_derivatives_of_the_forces(choices):
 
 def test_big_ends_of_the_table_float_as_those_of_the_impedance_map():
     """The map is of the parabolic film, 0.7 to 1.6 % off the two-dimensional one; loads are what rods make them."""
-    runs = [
-        simulate(
-            ENGINE, BODY, Settings(crank="rigid", big_ends=level), SPEED, 2, parts=Parts(big_end_table=pin_films())
-        ).outputs
-        for level in ("impedance", "table")
-    ]
+    parts, runs = Parts(big_end_table=pin_films()), []
+    for level in ("impedance", "table"):
+        runs.append(simulate(ENGINE, BODY, Settings(crank="rigid", big_ends=level), SPEED, 2, parts=parts).outputs)
     for name, share in (("force.x", 1e-3), ("force.y", 1e-3), ("position.x", 0.02), ("position.y", 0.02)):
         mapped, tabled = (run[f"big_end[3].{name}"][-288:] for run in runs)
         assert np.sqrt(np.mean((mapped - tabled) ** 2)) < share * np.ptp(mapped), name

@@ -9,15 +9,14 @@ import pytest
 from bodies import rigid_crank
 from refusals import text_of
 from scipy.linalg import eigh
+from test_line_modes import behind as with_line
 
 from cranktrain.dynamics.model.arrays import build_model
 from cranktrain.dynamics.model.settings import Settings
 from cranktrain.dynamics.simulation import simulate
-from cranktrain.engine.checks.engine import check_engine
 from cranktrain.engine.drive_line_chain import DriveLineChain, read_drive_line
 from cranktrain.engine.file import load_engine
 from cranktrain.engine.model import engine_from_dict, engine_to_dict
-from cranktrain.engine.torsional_chain import Chain, Disc, Shaft
 from cranktrain.loads.gas_pressure import GasTrace
 from cranktrain.loads.torsional_line import torsional_line
 from cranktrain.studies.torsion.frequency_run_up import steady_orders
@@ -27,13 +26,6 @@ SPEED = 2000 * math.pi / 30
 LOCKED = Settings(crank="rigid", bearings="held")
 CRANK = 1.4
 """Inertia of the test's rigid crank, kg m²."""
-
-
-def with_line(discs, shafts, engine=SIX):
-    line = DriveLineChain.of(Chain(tuple(Disc(*row) for row in discs), tuple(Shaft(*row) for row in shafts)))
-    engine = replace(engine, drive_line_chain=line)
-    check_engine(engine)
-    return engine
 
 
 def frequencies(engine):

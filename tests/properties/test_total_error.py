@@ -197,11 +197,8 @@ def test_what_to_choose_is_the_cheapest_within_the_accuracy(figures, torsion, fi
 
 
 @pytest.mark.parametrize(
-    ("others", "said"),
-    [
-        ([(0.5, 0.5, 0.05), (0.4, 0.3, 0.3)], "on the front"),  # each closer in one family for less, none in both
-        ([(0.5, 0.2, 0.09)], "closer: 0.5 s/s"),
-    ],
+    ("others", "said"),  # each closer in one family for less, none in both; closer in both
+    [([(0.5, 0.5, 0.05), (0.4, 0.3, 0.3)], "on the front"), ([(0.5, 0.2, 0.09)], "closer: 0.5 s/s")],
 )
 def test_the_default_stands_against_all_families_together(others, said):
     own = point(1.0, 0.4, 0.1, default=True)
@@ -307,14 +304,10 @@ def both(cost, slow, fast, **more):
             for rpm, error in ((1000, slow), (2000, fast))]  # fmt: skip
 
 
-FIGURED = figures_of(
-    [
-        *both(0.1, 0.02, 0.3, crank="beam", bearings="impedance"),
-        *both(0.4, 0.05, 0.08, bearings="impedance"),
-        *both(1.5, 0.01, 0.06, bearings="table"),
-        *both(2.5, 0.01, 0.02, bearings="table", block="flexible"),
-    ]
-)
+FIGURED = figures_of([
+    *both(0.1, 0.02, 0.3, crank="beam", bearings="impedance"), *both(0.4, 0.05, 0.08, bearings="impedance"),
+    *both(1.5, 0.01, 0.06, bearings="table"), *both(2.5, 0.01, 0.02, bearings="table", block="flexible"),
+])  # fmt: skip
 
 
 def test_a_plan_takes_the_cheapest_choice_within_its_accuracy(tmp_path):

@@ -119,22 +119,16 @@ def test_compiled_turns_give_the_bits_of_the_masters_own(scheme, reconstruction,
         assert (other.steps, other.refused, other.sweeps) == (plain.steps, plain.refused, plain.sweeps)
 
 
-@pytest.mark.parametrize(
-    ("call", "when"),
-    [
-        (unit_turns.INPUTS, "second at "),
-        (unit_turns.OUTPUTS, "second at "),
-        (unit_turns.STEPPING, "second, step from "),
-    ],
-)
+@pytest.mark.parametrize("call", [unit_turns.INPUTS, unit_turns.OUTPUTS, unit_turns.STEPPING])
 @pytest.mark.parametrize("status", [-1, 2, 3])
-def test_a_status_that_is_not_good_ends_the_run_with_unit_time_and_call(call, when, status):
+def test_a_status_that_is_not_good_ends_the_run_with_unit_time_and_call(call, status):
     notes = np.zeros(unit_turns.NOTE_SLOTS, dtype=np.int64)
 
     def wrap(unit):
         return InC(unit, call=call, status=status if unit.name == "second" else 0, notes=notes)
 
     master, bonds = coupled("gauss-seidel", "linear", wrap)
+    when = "second, step from " if call == unit_turns.STEPPING else "second at "
     with pytest.raises(UnitError, match=f"{when}.*: call {call} said {status}"):
         run(master, STOP, Steps(0.05), bonds)
     assert notes[unit_turns.NOTE_CALL] == call and notes[unit_turns.NOTE_COUNT] % 2 == 1

@@ -76,11 +76,9 @@ def test_spellings_mean_their_definition(dimension):
 
 @pytest.mark.parametrize(
     ("si", "factors"),
-    [
-        ("m^3/s", {"l/min": 1e-3 / 60.0, "L/min": 1e-3 / 60.0, "l/h": 1e-3 / 3600.0, "m³/h": 1.0 / 3600.0}),
-        ("m^3", {"l": 1e-3, "L": 1e-3, "in³": INCH**3, **dict.fromkeys(("cc", "ccm", "cm3", "ml"), 1e-6)}),
-    ],
-)
+    [("m^3/s", {"l/min": 1e-3 / 60.0, "L/min": 1e-3 / 60.0, "l/h": 1e-3 / 3600.0, "m³/h": 1.0 / 3600.0}),
+     ("m^3", {"l": 1e-3, "L": 1e-3, "in³": INCH**3, **dict.fromkeys(("cc", "ccm", "cm3", "ml"), 1e-6)})],
+)  # fmt: skip
 def test_volumes_and_flows_are_known_without_a_dimension(si, factors):
     for unit, factor in some(factors.items()):
         assert unit_factor(unit) == (pytest.approx(factor, rel=1e-14), 0.0, si)
@@ -110,12 +108,9 @@ def test_gauge_pressures_count_from_the_atmosphere_where_a_pressure_is_absolute(
     [
         ("N m", "torsional stiffness", "unit 'N m' measures torque, not torsional stiffness; did you mean 'N m/rad'?"),
         ("Hz", "speed", "unit 'Hz' measures frequency, not speed; valid: rad/s, rev/min"),
-        ("1/s", "speed", "measures frequency, not speed; did you mean 'rad/s'?"),
         ("mm", "torque", "measures length, not torque; valid: N m, kN m"),
         ("kg m^3", "inertia", "does not measure inertia; did you mean 'kg m^2'?"),
-        ("MPaa m", "length", "unit 'MPaa m' is not known"),
         ("gr", "mass", "unit 'gr' is not known; did you mean 'g'?"),
-        ("°C", "speed", "unit '°C' measures temperature, not speed"),
         ("foo", "length", "unit 'foo' is not known; valid: m, mm, um"),
         ("foo", None, "unit 'foo' is not known; write it as in 'N m/rad'"),
     ],

@@ -119,13 +119,11 @@ def test_a_variant_in_time_is_a_run_of_the_changed_engine():
 
 @pytest.mark.parametrize(
     ("kind", "numbers", "mean", "deviation"),
-    [
-        ("uniform", {"low": 2.0, "high": 5.0}, 3.5, 3.0 / np.sqrt(12.0)),
-        ("triangular", {"low": 0.0, "mode": 1.0, "high": 2.0}, 1.0, np.sqrt(1.0 / 6.0)),
-        ("normal", {"mean": -3.0, "deviation": 0.2}, -3.0, 0.2),
-        ("lognormal", {"median": 2.0, "factor": 1.2}, 2.0 * np.exp(0.5 * np.log(1.2) ** 2), None),
-    ],
-)
+    [("uniform", {"low": 2.0, "high": 5.0}, 3.5, 3.0 / np.sqrt(12.0)),
+     ("triangular", {"low": 0.0, "mode": 1.0, "high": 2.0}, 1.0, np.sqrt(1.0 / 6.0)),
+     ("normal", {"mean": -3.0, "deviation": 0.2}, -3.0, 0.2),
+     ("lognormal", {"median": 2.0, "factor": 1.2}, 2.0 * np.exp(0.5 * np.log(1.2) ** 2), None)],
+)  # fmt: skip
 @pytest.mark.parametrize("method", ["latin-hypercube", "sobol"])
 def test_designs_have_the_moments_of_their_distributions(kind, numbers, mean, deviation, method):
     one = checked(kind, numbers, (), "here")

@@ -252,8 +252,8 @@ def test_kernels_that_compile_for_long_in_all_are_told_once(monkeypatch):
     listener = told_waits._Compiled(told)
     monkeypatch.setattr(told_waits, "time", SimpleNamespace(monotonic=lambda: now[0]))
     begin, end = (SimpleNamespace(is_start=start, is_end=not start) for start in (True, False))
-    monkeypatch.setattr(told_waits.threading.Timer, "start", lambda self: None)  # the clock is this test's
-    monkeypatch.setattr(told_waits.threading.Timer, "join", lambda self: None)
+    for name in ("start", "join"):  # the clock is this test's
+        monkeypatch.setattr(told_waits.threading.Timer, name, lambda self: None)
 
     def compiled(seconds):
         for event in (begin, begin, end):
@@ -261,12 +261,10 @@ def test_kernels_that_compile_for_long_in_all_are_told_once(monkeypatch):
         now[0] += seconds
         listener.notify(end)
 
-    compiled(0.6)
-    assert said == []
-    compiled(0.6)
-    assert len(said) == 1 and "compiling kernels" in said[0]
-    compiled(5.0)
-    assert len(said) == 1
+    for seconds, count in ((0.6, 0), (0.6, 1), (5.0, 1)):
+        compiled(seconds)
+        assert len(said) == count
+    assert "compiling kernels" in said[0]
 
 
 @pytest.mark.parametrize("verb", ["campbell", "assemble"])
