@@ -461,18 +461,6 @@ def measured(end, frame, given, along, about, theta, motion, sign=1.0, sliding=N
     return found
 
 
-def measured_by(topology, theta):
-    """What components of a topology's connections measure of its interfaces' motions, (C, 6 i), at a crank angle."""
-    made = lay_topology(topology, Base(None, None, 0, 0, 0))
-    links, ports = made.connections, sum(len(body.shapes) for body in made.bodies)
-    found = np.zeros((len(links.scales), ports))
-    terms, coefficients = links.terms, np.zeros((len(links.terms), 2))
-    fill_coefficients(terms, frames_at(links.frames, theta), 0.0, coefficients)
-    np.add.at(found, (terms[:, top.COMPONENT].astype(int), terms[:, top.TERM_PORT].astype(int)),
-              coefficients[:, 0])  # fmt: skip
-    return found
-
-
 def joined_modes(topology):
     """Frequency (rad/s) and damping (1/s) of the modes of bodies that rigid gears join to one, a pair by group."""
     return [(group.omega, group.damping) for group in groups(topology)]

@@ -52,6 +52,38 @@ def part(run, state, body):
     return entry.motion(run, state)[:, entry.modes(run, body)]
 
 
+def in_space(run, frame, body, angle, rate):
+    """Displacement across (m), rotation (rad) of an added body and their rates, (2, 3), in axes at rest.
+
+    Its frame stands at an angle (rad) in space and turns at a rate (rad/s).
+    """
+    q, v, _ = part(run, run.state, body.name)
+    across, turn = body.reduced.translation[:2] / body.reduced.mass, body.reduced.shapes[0, 5]
+    axes = np.diag([1.0, frame.sense]) @ rotation(frame.sense * angle)
+    place, swept = across @ q, frame.sense * rate * np.array([[0.0, -1.0], [1.0, 0.0]]) @ (across @ q)
+    return np.array(
+        [[*(axes @ place), frame.sense * (turn @ q)], [*(axes @ (across @ v + swept)), frame.sense * (turn @ v)]]
+    )
+
+
+def teeth(place, rate, apart, arms, stiffness, damping, play):
+    """Loads (2, 3) in the plane of a gear mesh with backlash (m) on two bodies, by their motion (2, 3): x, y and angle.
+
+    The second axis lies ``apart`` (m) from the first, the point of contact at ``arms`` (m) from both along that line.
+    """
+    towards, normal = np.array(apart) / np.hypot(*apart), (math.cos(math.radians(20.0)), math.sin(math.radians(20.0)))
+    loads = np.zeros((2, 3))
+    for side in (1.0, -1.0):
+        way = side * normal[0] * np.array([-towards[1], towards[0]]) + normal[1] * towards
+        rows = np.array([[*way, arm * (towards[0] * way[1] - towards[1] * way[0])] for arm in arms])
+        gap, closing = (motion[0] @ rows[0] - motion[1] @ rows[1] for motion in (place, rate))
+        pressed = gap - 0.5 * play * normal[0]
+        root = math.hypot(pressed, 1e-7)
+        force = 0.5 * stiffness * (pressed + root) + damping * 0.5 * (1.0 + pressed / root) * closing
+        loads += force * rows * [[-1.0], [1.0]]
+    return loads
+
+
 def rods_of(engine, crank, cylinders, block):
     """Rods and pistons of cylinders as bodies, with the masses of the engine's own, between films and liners."""
     rod, hold = engine.rod, {"stiffness": (0.0, 0.0, 1e6), "damping": (0.0, 0.0, 1e2)}

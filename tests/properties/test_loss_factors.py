@@ -94,11 +94,11 @@ def hysteretic(stiffness, mass):
     return root.real, root.imag / np.abs(root)
 
 
-def in_time(engine, body):
+def in_time(engine, body, settings=SETTINGS):
     """Frequencies and damping ratios of the running model, its rods replaced by their mean."""
-    model = build_model(engine, body, SETTINGS, SPEED, GasTrace.from_engine(engine))
+    model = build_model(engine, body, settings, SPEED, GasTrace.from_engine(engine))
     own = slice(5, None)
-    damping, stiffness = (matrix[own, own] for matrix in entry.matrices(model))
+    damping, stiffness = (matrix[own, own] for matrix in entry.matrices(model, damper=settings.damper == "fitted"))
     mass = np.eye(len(stiffness))
     for pin, inertia in mean_rods(engine):
         turn = np.pad(body.shapes[body.index(pin), 5, own], (0, len(mass) - body.n_modes + 5))

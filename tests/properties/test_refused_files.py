@@ -16,6 +16,7 @@ from cranktrain.results.orders.measured import read_measured_orders
 from cranktrain.studies.scene import load_scene
 from cranktrain_lab.calibration.targets import load_targets
 from cranktrain_lab.harness.file import load_harness
+from cranktrain_lab.wear.schedule import read_schedule
 
 ENGINES = {"engine-i6": SIX, "engine-v8": EIGHT}
 READERS = {
@@ -24,9 +25,9 @@ READERS = {
     "measured-orders": read_measured_orders, "valve-train": lambda path: module_of(path).read(path),
     "combustion": lambda path: module_of(path).read(path), "drive-line": read_drive_line,
     "targets": lambda path: load_targets(path, load_engine("diesel_i6")), "drive-line-csv": read_drive_line,
-    "valve-trains": load_harness,
+    "valve-trains": load_harness, "wear-schedule": read_schedule,
 }  # fmt: skip
-TABLES = {"pressure", "measured-orders", "drive-line-csv"}
+TABLES = {"pressure", "measured-orders", "drive-line-csv", "wear-schedule"}
 """Kinds that are tables of columns, not TOML."""
 
 

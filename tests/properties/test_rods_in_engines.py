@@ -10,7 +10,9 @@ from functools import cache
 import entry
 import numpy as np
 import pytest
+from bodies import series
 from rods import FOUR, rods_of
+from started import at_speed
 
 import cranktrain as ct
 from cranktrain.dynamics.settled.slow_modes import SlowModes
@@ -36,10 +38,7 @@ def both(name, cylinders, block="ground", rpm=1500.0):
 
 @pytest.mark.parametrize(("name", "cylinders"), [("four", (2,)), ("diesel_i6", (6,)), ("diesel_v8", (3,))])
 def test_a_rod_as_body_does_to_the_engine_what_the_engines_own_does(name, cylinders):
-    """The same masses between a stiff guide and a film, whose clearance and friction the engine's own has not.
-
-    Forces of main bearings within 2 % of the largest, torque and torsion within 3 %.
-    """
+    """Carried by a film and a stiff guide: forces within 2 % of the largest, torque and torsion within 3 %."""
     own, added = both(name, cylinders)
     mains = [key for key in own.outputs if re.fullmatch(r"bearing\[\d+\]\.force\.[xy]", key)]
     largest = max(np.ptp(own.outputs[key]) for key in mains)
@@ -56,24 +55,17 @@ def test_a_replaced_piston_leaves_no_mass_of_its_own_in_the_block():
     more = rods_of(engine, made.body, (2,), made.parts.block)
     mass = engine.cylinders.piston_mass + engine.rod.small_end_mass
     for topology, guided in ((ct.Topology(), (1, 2, 3, 4)), (more, (1, 3, 4))):
-        run = Simulation(made.engine, made.body, made.settings, None, made.parts._replace(topology=topology))
-        run.inputs[0] = 150.0
-        run.initialize()
+        parts = made.parts._replace(topology=topology)
+        run = at_speed(150.0, made.engine, made.body, made.settings, None, parts)
         across = np.concatenate([entry.translation(run)[0, entry.modes(run, f"piston[{c}]")] for c in guided])
         assert across @ across == pytest.approx(len(guided) * mass, rel=1e-12)
         assert entry.guided(run.model) == list(guided)
-        bodies = ["block", *(f"piston[{c}]" for c in guided), *(body.name for body in topology.bodies)]
-        places = np.concatenate([np.arange(entry.mode_count(run.model))[entry.modes(run, name)] for name in bodies])
-        assert sorted(places) == list(range(entry.modes(run, "block").start, entry.mode_count(run.model)))
-        assert places.size == made.parts.block.n_modes + across.size + sum(b.reduced.n_modes for b in topology.bodies)
 
 
-@pytest.mark.parametrize(
-    ("block", "cylinders", "left"), [("ground", (1, 2, 3, 4), 5e-6), ("flexible", (1, 2, 3, 4), 3e-4)]
-)
-def test_energy_of_rods_as_bodies_closes(block, cylinders, left):
+@pytest.mark.parametrize(("block", "left"), [("ground", 5e-6), ("flexible", 3e-4)])
+def test_energy_of_rods_as_bodies_closes(block, left):
     """Over a cycle that repeats; gas does as much work on four added pistons as on the engine's own."""
-    own, added = (run_summary(run, "")["energy"] for run in both("four", cylinders, block, 3000.0))
+    own, added = (run_summary(run, "")["energy"] for run in both("four", (1, 2, 3, 4), block, 3000.0))
     assert abs(added["residual_of_gas_work"]) < left
     assert added["gas_work_j"] == pytest.approx(own["gas_work_j"], rel=0.01)
 
@@ -100,9 +92,7 @@ def test_slow_modes_leave_rods_on_their_pins():
     made = ct.assemble(engine, ct.Settings(crank="beam", block="flexible"), inherit=False)
     top = rods_of(engine, made.body, (1, 2, 3, 4), made.parts.block)
     speed = 300.0
-    run = Simulation(engine, made.body, made.settings, None, made.parts._replace(topology=top))
-    run.inputs[0] = speed
-    run.initialize()
+    run = at_speed(speed, engine, made.body, made.settings, None, made.parts._replace(topology=top))
     modes, block = SlowModes(run.model, speed), made.parts.block
     assert modes.drive_line is not None and modes.block is not None
     turns = np.abs(block.shapes[block.index("bore[1]"), 5, :6]) > 1e-3  # a rigid mode of the block that rolls
@@ -131,11 +121,7 @@ def test_a_wall_leans_for_either_order_of_its_ends():
         ends = skirt.ends[::-1] if turned else skirt.ends
         others = tuple(one for one in top.connections if one is not skirt)
         top = replace(top, connections=(*others, replace(skirt, law="spring", ends=ends, data=guide)))
-        run = Simulation(engine, made.body, made.settings, None, made.parts._replace(topology=top))
-        run.inputs[0] = 300.0
-        run.initialize()
-        rows = np.zeros((144, run.outputs.size))
-        assert run.series(4.0 * math.pi / 300.0 / 288, 1, rows) == 144
-        found.append(rows[:, [run.output_names.index(name) for name in ("piston[2].position.x", "mount[1].force.y")]])
-    for one, other in zip(found[0].T, found[1].T, strict=True):
-        assert np.abs(one - other).max() < 1e-6 * np.ptp(one)
+        run = at_speed(300.0, engine, made.body, made.settings, None, made.parts._replace(topology=top))
+        found.append(series(run, 144, 288))
+    for name in ("piston[2].position.x", "mount[1].force.y"):
+        assert np.abs(found[0][name] - found[1][name]).max() < 1e-6 * np.ptp(found[0][name])

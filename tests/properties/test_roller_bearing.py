@@ -1,6 +1,5 @@
 """Rollers of a bearing: tangents, symmetries, clearance, slices, balance with any load, the law in a running engine."""
 
-import json
 import math
 from dataclasses import replace
 
@@ -10,21 +9,12 @@ import pytest
 from hypothesis import assume, example, given, settings
 from hypothesis import strategies as st
 
-from cranktrain.core.errors import InputError
-from cranktrain.engine.file import load_engine
-from cranktrain.engine.model import engine_from_dict, engine_to_dict
 from cranktrain.engine.parts import RollerBearings
-from cranktrain.engine.roller_bearing import (
-    RollerBearing,
-    check_roller_bearing,
-    check_rollers,
-    iso_profile,
-    main_roller,
-)
+from cranktrain.engine.roller_bearing import RollerBearing, iso_profile, main_roller
 from cranktrain.film.laws import roller_contacts as contacts
 from cranktrain.film.laws.bearings import Bearings, law_films
 from cranktrain.film.laws.parameters import CLEARANCE, WIDTH
-from cranktrain.film.laws.register import PLAIN, ROLLER, bearing_law
+from cranktrain.film.laws.register import ROLLER, bearing_law
 from cranktrain.film.laws.roller import roller_parameters
 
 BEARING = RollerBearing(14, 24e-3, 18e-3, 110e-3, 40e-6, 0.00035)
@@ -104,27 +94,12 @@ def test_slices_converge_to_the_integral_over_a_tilted_straight_roller():
     d, s = 3e-6, 12e-6
     bearing = RollerBearing(3, 24e-3, 18e-3, 110e-3)
     exact = bearing.contact_stiffness * 0.5 * (d + s) ** (19 / 9) / (19 / 9 * s)
-    errors = [
-        abs(contacts.roller_loads(bearing, np.array([d, 0.0, s, 0.0]), 0.0, n)[0] / exact - 1.0)
-        for n in (4, 8, 16, 32, 64, 128)
-    ]
-    assert errors[3] < 1e-3 and errors[-1] < 1e-4
-    assert errors[-1] < 0.05 * errors[0]
+    place = np.array([d, 0.0, s, 0.0])
+    few, more, most = (abs(contacts.roller_loads(bearing, place, 0.0, n)[0] / exact - 1.0) for n in (4, 32, 128))
+    assert more < 1e-3 and most < 1e-4 and most < 0.05 * few
 
 
-def test_aligned_straight_rollers_tilt_by_the_twelfth_of_their_length_squared():
-    loaded = contacts.equilibrium(replace(BEARING, profile=0.0), np.array([20e3, 0.0, 0.0, 0.0]))
-    tilting = loaded.stiffness[2, 2] * (0.5 * BEARING.length) ** 2
-    assert tilting == pytest.approx(loaded.stiffness[0, 0] * BEARING.length**2 / 12, rel=1e-12)
-
-
-def test_a_profile_takes_load_from_the_ends_and_stiffness_with_it():
-    straight, profiled = (
-        contacts.equilibrium(replace(BEARING, profile=p), np.array([20e3, 0, 0, 0])) for p in (0.0, 0.00035)
-    )
-    assert profiled.place[0] > straight.place[0]
-    assert profiled.stiffness[2, 2] < straight.stiffness[2, 2]
-    # A long roller is straight in its middle and relieved from there on; its profile is the standard's other one.
+def test_a_long_roller_is_straight_in_its_middle_and_relieved_by_the_standards_other_profile():
     long = RollerBearing(14, 60e-3, 18e-3, 110e-3, 0.0, iso_profile(60e-3, 18e-3))
     zeta, _, relief = contacts.roller_slices(long)
     assert long.profile == 0.0005
@@ -156,31 +131,25 @@ def test_balance_with_any_load(load, first, clearance):
     assert contacts.equilibrium(bearing, 1.1 * wanted, first).place @ wanted > found.place @ wanted
 
 
-@pytest.mark.parametrize("clearance", [0.0, 40e-6])
-def test_no_load(clearance):
+@pytest.mark.parametrize("clearance", [0.0, 40e-6, -20e-6])
+def test_without_load_only_preloaded_rollers_bear_and_are_stiff_all_around(clearance):
     found = contacts.equilibrium(replace(BEARING, clearance=clearance), np.zeros(4))
-    assert not found.loads.any() and not found.stiffness.any() and found.pressure == 0.0
-
-
-def test_preloaded_rollers_bear_without_load_and_are_stiff_all_around():
-    found = contacts.equilibrium(replace(BEARING, clearance=-20e-6), np.zeros(4))
-    assert np.abs(found.place).max() < 1e-12
-    assert found.loads == pytest.approx(np.full(14, found.loads[0])) and found.loads[0] > 100.0
-    assert found.stiffness[0, 0] == pytest.approx(found.stiffness[1, 1])
+    if clearance >= 0.0:
+        assert not found.loads.any() and not found.stiffness.any() and found.pressure == 0.0
+    else:
+        assert np.abs(found.place).max() < 1e-12
+        assert found.loads == pytest.approx(np.full(14, found.loads[0])) and found.loads[0] > 100.0
+        assert found.stiffness[0, 0] == pytest.approx(found.stiffness[1, 1])
 
 
 def test_clearance_concentrates_the_load_and_the_travel_is_that_of_the_rated_pressure():
     load = np.array([20e3, 0.0, 0.0, 0.0])
-    largest = [
-        contacts.equilibrium(replace(BEARING, clearance=c), load).loads.max() for c in (0.0, 20e-6, 80e-6, 160e-6)
-    ]
+    gaps = (0.0, 20e-6, 80e-6, 160e-6)
+    largest = [contacts.equilibrium(replace(BEARING, clearance=c), load).loads.max() for c in gaps]
     assert (np.diff(largest) > 0).all()
     straight = replace(BEARING, profile=0.0)
     place = np.array([straight.travel + 0.5 * straight.clearance, 0.0, 0.0, 0.0])
     assert contacts.force_at(straight, place)[contacts.PRESSURE] == pytest.approx(4e9, rel=1e-9)
-    assert contacts.many_rollers(straight, 20e3)[0] == pytest.approx(
-        contacts.equilibrium(straight, load).place[0] - 20e-6, rel=0.02
-    )
 
 
 @pytest.mark.parametrize("compliance", [1e-12, 1e-10, 1e-8])
@@ -241,22 +210,16 @@ def test_slices_in_the_loop_are_enough():
     bearing = main_roller(MAINS, 0)
     for a in (0.0, 10e-6, 30e-6):
         place = np.array([0.0, -60e-6, 0.0, a])
-        few, many = (
-            contacts.force_at(bearing, place, -0.5 * math.pi, 12),
-            contacts.force_at(bearing, place, -0.5 * math.pi, 200),
-        )
+        few, many = (contacts.force_at(bearing, place, -0.5 * math.pi, slices) for slices in (12, 200))
         assert few[:4] == pytest.approx(many[:4], abs=2e-3 * np.abs(many[:4]).max())
 
 
 def test_linear_law():
     mains = replace(MAINS, law="linear")
     shown = law(mains, 1, PLACE, action="OBSERVE")
-    force, by_place = shown.force, shown.by_place
     lever = 0.5 * mains.roller_length[1]
     stiffness = np.diag([7e8, 7e8, 2e4 / lever**2, 2e4 / lever**2])
-    assert force == pytest.approx(-stiffness @ PLACE) and by_place == pytest.approx(-stiffness)
-    # A moment k_t times the slope: Q times the lever.
-    assert force[2] * lever == pytest.approx(-2e4 * PLACE[2] / lever)
+    assert shown.force == pytest.approx(-stiffness @ PLACE) and shown.by_place == pytest.approx(-stiffness)
     assert shown.pressure == 0.0
 
 
@@ -284,10 +247,9 @@ def test_rollers_that_go_round_return_with_their_pitch_and_feel_whole_turns():
 
 def test_figures_that_are_shown():
     bearing = main_roller(MAINS, 0)
-    out = law(MAINS, 0, turned(np.array([0.0, -60e-6, 0.0, 0.0]), 2.0), theta=2.0, action="OBSERVE")
-    assert out.pressure == pytest.approx(
-        contacts.force_at(bearing, np.array([0.0, -60e-6, 0.0, 0.0]), -0.5 * np.pi, 12)[contacts.PRESSURE]
-    )
+    down = np.array([0.0, -60e-6, 0.0, 0.0])
+    out = law(MAINS, 0, turned(down, 2.0), theta=2.0, action="OBSERVE")
+    assert out.pressure == pytest.approx(contacts.force_at(bearing, down, -0.5 * np.pi, 12)[contacts.PRESSURE])
     assert out.gap == 0.0 and math.sin(out.gap_angle) == pytest.approx(-1.0)
     scale = bearing.travel + 0.5 * bearing.clearance
     assert out.eccentricity == pytest.approx(60e-6 / scale)
@@ -295,56 +257,3 @@ def test_figures_that_are_shown():
     assert parameters[0, CLEARANCE] == pytest.approx(scale) and parameters[1, WIDTH] == 20e-3
     free = law(MAINS, 0, np.array([0.0, -5e-6, 0.0, 2e-6]), action="OBSERVE")
     assert free.gap == pytest.approx(20e-6 - 5e-6 - 2e-6) and not free.force.any()
-    assert contacts.force_at(bearing, PLACE).size == contacts.N_OUT
-
-
-def test_levels_that_lack_what_they_need_say_so():
-    parameters = roller_parameters(MAINS)
-    with pytest.raises(InputError, match=r"'roller' needs \[main_roller\]"):
-        law_films(bearing_law("roller"), ROLLER, Bearings(parameters))
-    with pytest.raises(InputError, match=r"'reynolds' needs \[main_bearing\]"):
-        law_films(bearing_law("reynolds"), PLAIN, Bearings(parameters, rollers=MAINS))
-
-
-ENGINE = load_engine("diesel_i6")
-SEVEN = RollerBearings(
-    **{
-        key: (values[0],) * 6 + (values[1],) if isinstance(values, tuple) and values else values
-        for key, values in vars(replace(MAINS, pitch_diameter=(103e-3, 99e-3))).items()
-    }
-)
-
-
-def test_roller_mains_travel_with_their_engine():
-    check_rollers(SEVEN, ENGINE.crankshaft)
-    engine = replace(ENGINE, main_roller=SEVEN)
-    assert engine_from_dict(json.loads(json.dumps(engine_to_dict(engine)))) == engine
-
-
-WRONG = [
-    (BEARING, {"clearance": -400e-6}, "clearance: preload of 400 um is larger"),
-    (BEARING, {"clearance": math.nan}, "clearance:"),
-    (BEARING, {"pitch": 15e-3}, "pitch: 15 mm leaves no journal"),
-    (BEARING, {"length": 24.0}, "length: 2.4e+04 mm"),
-    (BEARING, {"law": "palmgrem"}, "law: unknown law 'palmgrem'; did you mean 'palmgren'?"),
-    (SEVEN, {"law": "hertz"}, "main_roller.law: unknown law 'hertz'; valid: linear, palmgren, iso16281"),
-    (SEVEN, {"rollers": (14,) * 5}, "main_roller.rollers: 5 values for 7 main journals; give one each"),
-    (SEVEN, {"rollers": (14,) * 6 + (2,)}, "main_roller.rollers[7]: 2 is too few to centre a journal"),
-    (SEVEN, {"rollers": (14, 30) + (14,) * 5}, "main_roller.rollers[2]: 30 of 18 mm overlap"),
-    (
-        SEVEN,
-        {"roller_length": (39e-3,) * 7},
-        "main_roller.roller_length[2]: 39 mm is longer than main journal 2 is wide",
-    ),
-    (SEVEN, {"pitch_diameter": (103e-3,) * 6 + (0.0515,)}, "main_roller.pitch_diameter[7]: the rollers' track"),
-    (SEVEN, {"clearance": (40e-6, 1e-3) + (40e-6,) * 5}, "main_roller.clearance[2]: clearance of 1000 um is larger"),
-    (SEVEN, {"profile": (0.0,) * 6 + (35.0,)}, "main_roller.profile[7]: 35 is not within 0 to 0.01"),
-]
-
-
-@pytest.mark.parametrize(("part", "change", "text"), WRONG)
-def test_wrong_values_are_refused_by_their_key(part, change, text):
-    made = replace(part, **change)
-    with pytest.raises(InputError) as error:
-        check_roller_bearing(made) if part is BEARING else check_rollers(made, ENGINE.crankshaft)
-    assert str(error.value).startswith(text) and "\n" not in str(error.value)

@@ -5,12 +5,13 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
+from one_line import one_line
 from some import some
+from started import at_speed
 
 from cranktrain.core.errors import InputError
 from cranktrain.dynamics.cycle_run import run_cycles
 from cranktrain.dynamics.model.settings import Settings
-from cranktrain.dynamics.simulation import Simulation
 from cranktrain.engine.checks.engine import check_engine
 from cranktrain.engine.file import load_engine
 from cranktrain.engine.parts import RollerBearings
@@ -23,7 +24,6 @@ from cranktrain.studies.run_up.free_decay import torsional_mode
 
 BEARING = RollerBearing(16, 20e-3, 14e-3, 100e-3, 30e-6, 0.00035)
 RING = rings.ring_for(BEARING)
-TERMS = BEARING.rollers * (rings.DEGREE + 1)
 LOADED = equilibrium(BEARING, np.array([15e3, 0.0, 0.0, 0.0]))
 SPRINGS = slice_stiffness(BEARING, LOADED.place)
 ZETA = roller_slices(BEARING)[0]
@@ -52,7 +52,7 @@ def test_on_a_rigid_ring_springs_are_the_tangent_of_the_contacts():
 
 
 def test_compliance_is_symmetric_and_positive(usual):
-    matrix = usual.reshape(TERMS, TERMS)
+    matrix = usual.reshape(2 * (BEARING.rollers * (rings.DEGREE + 1),))
     assert np.abs(matrix - matrix.T).max() <= 1e-12 * matrix.max()
     assert np.linalg.eigvalsh(matrix).min() > 0.0
 
@@ -64,15 +64,6 @@ def test_every_roller_finds_the_same_ring(usual):
     assert np.ptp(own, axis=0).max() < 0.05 * own.max()
     # Even and odd orders along the rollers do not mix.
     assert np.abs(usual[:, 0::2, :, 1::2]).max() < 5e-3 * usual.max()
-
-
-def test_elastic_ring_is_softer_the_softer_it_is_and_ends_in_the_rigid_one(usual):
-    rigid = np.diag(LOADED.stiffness)
-    found = np.diag(stiffness(usual))
-    assert (found < rigid).all() and (found > 0.5 * rigid).all()
-    softer = np.diag(stiffness(2.0 * usual))
-    assert (softer < found).all()
-    assert np.diag(stiffness(1e-6 * usual)) == pytest.approx(rigid, rel=1e-6)
 
 
 def test_stiffness_is_symmetric_and_that_of_rollers_in_series_with_their_ring(usual):
@@ -93,43 +84,26 @@ def test_stiffness_converges_with_the_mesh(usual):
 
 
 def test_compliance_is_kept_for_these_inputs_only(monkeypatch, tmp_path, usual):
-    calls = []
-
-    def counted(ring, model, held, first_angle):
-        calls.append(ring)
-        return usual
-
+    calls, wider = [], replace(RING, width=1.1 * RING.width)
     monkeypatch.setenv("CRANKTRAIN_CACHE", str(tmp_path))
     monkeypatch.setattr(rings, "ring_mesh", lambda ring, whole=rings.ring_mesh: whole(replace(ring, mesh_size=0.03)))
-    monkeypatch.setattr(rings, "track_compliance", counted)
-    stages = []
-    first = rings.ring_compliance(RING, progress=stages.append)
-    assert np.array_equal(rings.ring_compliance(RING), first) and len(calls) == 1
-    assert len(stages) == 2 and "degrees of freedom" in stages[1]
-    rings.ring_compliance(replace(RING, width=1.1 * RING.width))
-    rings.ring_compliance(RING, first_angle=0.1)
-    assert len(calls) == 3
-    for path in tmp_path.rglob("roller-ring-*.npz"):
-        path.write_bytes(b"torn")
-    rings.ring_compliance(RING)
-    rings.ring_compliance(RING, rebuild=True)
-    assert len(calls) == 5
+    monkeypatch.setattr(rings, "track_compliance", lambda *_: calls.append(1) or usual)
+    for ring, angle, anew, count in (
+        (RING, 0.0, False, 1), (RING, 0.0, False, 1), (wider, 0.0, False, 2), (RING, 0.1, False, 3),
+        (RING, 0.0, True, 4),
+    ):  # fmt: skip
+        assert np.array_equal(rings.ring_compliance(ring, angle, rebuild=anew), usual) and len(calls) == count
 
 
 @pytest.mark.parametrize(
-    ("change", "text"),
-    [
-        ({"width": 10e-3}, "width: is less than the rollers' length"),
-        ({"ring_diameter": 0.1}, "ring_diameter: leaves no ring"),
-        ({"housing_diameter": 0.1}, "housing_diameter: leaves no housing"),
-        ({"mesh_size": 1e-4}, "mesh_size: would take millions"),
-        ({"track_diameter": -0.1}, "track_diameter: -100 mm is not within 0.01 to 10000 mm"),
-        ({"rollers": 2}, "rollers: at least 3"),
-    ],
-)
-def test_what_is_no_ring_is_refused(change, text):
-    with pytest.raises(InputError, match=text):
-        rings.check_ring(replace(RING, **change))
+    ("key", "value", "text"),
+    [("width", 10e-3, "is less than the rollers' length"), ("ring_diameter", 0.1, "leaves no ring"),
+     ("housing_diameter", 0.1, "leaves no housing"), ("mesh_size", 1e-4, "would take millions"),
+     ("track_diameter", -0.1, "-100 mm is not within 0.01 to 10000 mm"), ("rollers", 2, "at least 3")],
+)  # fmt: skip
+def test_what_is_no_ring_is_refused(key, value, text):
+    with one_line(f"{key}: {text}"):
+        rings.check_ring(replace(RING, **{key: value}))
 
 
 BEAM = Settings(crank="beam")
@@ -140,17 +114,11 @@ def short_engine(throws):
     """Two or four cylinders in line of the six's parts, on roller mains; a beam crank needs no finite elements."""
     six = load_engine("diesel_i6")
     mains = throws + 1
-    crank = replace(
-        six.crankshaft,
-        throw_angles=(0.0, math.pi) if throws == 2 else (0.0, math.pi, math.pi, 0.0),
-        main_widths=six.crankshaft.main_widths[:1] * mains,
-        counterweights=(True,) * (2 * throws),
-    )
+    angles, order = ((0.0, math.pi), (1, 2)) if throws == 2 else ((0.0, math.pi, math.pi, 0.0), (1, 3, 4, 2))
+    crank = replace(six.crankshaft, throw_angles=angles, main_widths=six.crankshaft.main_widths[:1] * mains,
+                    counterweights=(True,) * (2 * throws))  # fmt: skip
     cylinders = replace(
-        six.cylinders,
-        firing_order=(1, 2) if throws == 2 else (1, 3, 4, 2),
-        pins=tuple(range(1, throws + 1)),
-        bank_angles=(0.0,) * throws,
+        six.cylinders, firing_order=order, pins=tuple(range(1, throws + 1)), bank_angles=(0.0,) * throws
     )
     one = {
         "rollers": 18, "roller_diameter": 14e-3, "roller_length": 20e-3, "pitch_diameter": crank.main_diameter + 14e-3,
@@ -166,17 +134,17 @@ def short_engine(throws):
     return engine
 
 
-def with_springs(engine, radial, tilting):
-    rollers = replace(engine.main_roller, law="linear", stiffness=tuple(radial), tilt_stiffness=tuple(tilting))
+def with_springs(engine, mains):
+    """An engine on springs, N/mm and N m/rad of each main."""
+    radial, tilting = zip(*((1e3 * one, other) for one, other in mains), strict=True)
+    rollers = replace(engine.main_roller, law="linear", stiffness=radial, tilt_stiffness=tilting)
     return replace(engine, main_roller=rollers)
 
 
 def torsion_hz(engine, rpm):
     """Torsional mode about the settled cycle."""
     made = assemble(engine, BEAM)
-    simulation = Simulation(engine, made.body, made.settings, parts=made.parts)
-    simulation.inputs[0] = rpm * RPM
-    simulation.initialize()
+    simulation = at_speed(rpm * RPM, engine, made.body, made.settings, parts=made.parts)
     run_cycles(simulation, None, 1e-5, None, None)
     return torsional_mode(simulation).decay.imag / (2.0 * math.pi)
 
@@ -188,12 +156,7 @@ def test_the_rule_lies_between_harmonic_and_plain_mean():
     np.testing.assert_allclose(soft, 1.0 / np.mean(1.0 / tangents, axis=0), rtol=1e-6)
     np.testing.assert_allclose(stiff, tangents.mean(axis=0), rtol=1e-4)
     assert np.all(soft < middle) and np.all(middle < stiff)
-
-
-def test_a_constant_tangent_is_its_own_stand_in_and_a_free_journal_has_none():
-    own = np.array([3e8])
-    np.testing.assert_allclose(in_series(np.full((9, 1), 7e8), own), 7e8, rtol=1e-12)
-    np.testing.assert_allclose(in_series(np.zeros((9, 1)), own), 0.0, atol=1e-6)
+    np.testing.assert_allclose(in_series(np.zeros((9, 1)), np.array([3e8])), 0.0, atol=1e-6)  # a free journal
 
 
 @pytest.mark.parametrize(("throws", "within"), [(2, 0.015), (4, 0.007)])
@@ -202,11 +165,8 @@ def test_a_run_on_the_stand_ins_twists_as_one_on_the_rollers(throws, within):
     report = running_rollers(engine, rpm, BEAM)
     assert report["periodic"] and report["block"] == "ground" and report["law"] == "palmgren"
     mains = report["mains"]
-    found = with_springs(
-        engine,
-        [1e3 * entry["stand_in"]["stiffness_n_per_mm"] for entry in mains],
-        [entry["stand_in"]["tilt_stiffness_nm_per_rad"] for entry in mains],
-    )
+    own = (entry["stand_in"] for entry in mains)
+    found = with_springs(engine, [(one["stiffness_n_per_mm"], one["tilt_stiffness_nm_per_rad"]) for one in own])
     rollers = torsion_hz(engine, rpm)
     assert torsion_hz(found, rpm) == pytest.approx(rollers, rel=within)
     for entry in mains:
@@ -218,11 +178,8 @@ def test_a_run_on_the_stand_ins_twists_as_one_on_the_rollers(throws, within):
         assert tangent["across_load"] < tangent["along_load"]
     if throws == 4:
         # Plain means are too stiff a spring: they are farther off.
-        plain = with_springs(
-            engine,
-            [1e3 * entry["tangent_n_per_mm"]["mean"] for entry in mains],
-            [entry["tilt_tangent_nm_per_rad"]["mean"] for entry in mains],
-        )
+        names = "tangent_n_per_mm", "tilt_tangent_nm_per_rad"
+        plain = with_springs(engine, [[entry[name]["mean"] for name in names] for entry in mains])
         assert torsion_hz(plain, rpm) > rollers * (1.0 + within)
 
 
@@ -246,8 +203,3 @@ def test_an_engine_file_is_written_with_them(tmp_path):
     assert "at 1800 rev/min and full load" in path.read_text(encoding="utf-8")
     with pytest.raises(InputError, match="not overwritten"):
         with_stand_ins("diesel_v8", path, {"rpm": 1800.0, "load": 1.0, "mains": mains})
-
-
-def test_plain_mains_have_none():
-    with pytest.raises(InputError, match=r"'diesel_i6' has no \[main_roller\]"):
-        running_rollers(load_engine("diesel_i6"), 2000.0)

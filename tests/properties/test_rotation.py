@@ -1,8 +1,7 @@
 """Rotation in the real stepping: a body that no shaft holds is neutral about z, torque is right at any wind-up.
 
-The crank is let go at its flywheel: no shaft, no gravity, no gas, no pistons. Undamped isotropic bearings hold the
-axis, for an unbalanced body would fly off; they brake nothing. Then the crank's angle in space, its rotation in the
-frame plus the frame's lead, must run on at the speed it was given, from any wind-up.
+The crank is let go at its flywheel, without gravity, gas and pistons; undamped isotropic bearings hold its axis. Its
+angle in space, its rotation in the frame plus the frame's lead, must run on at the speed that it was given.
 """
 
 import math
@@ -13,6 +12,7 @@ import entry
 import numpy as np
 import pytest
 from bodies import free_six, rigid_crank, six
+from started import at_speed
 
 from cranktrain.core.reduced_body import truncate
 from cranktrain.dynamics.model.state import LEAD_ANGLE, LEAD_SPEED, SHAFT_ANGLE
@@ -25,6 +25,9 @@ from cranktrain.structure.assembly import assemble
 
 SPEED = 250.0
 TURN = 2 * math.pi / SPEED
+RPM = math.pi / 30.0
+FAR = 2e-3
+"""Rotation (rad) of a pin in its frame from which on the iteration counts it."""
 
 
 def released(body, big_ends):
@@ -34,9 +37,7 @@ def released(body, big_ends):
     engine = replace(engine, main_bearing=springs, damping=replace(engine.damping, kind="modal", ratio=0.01))
     settings = Settings(bearings="linear", integrator="generalised-alpha", step=math.radians(5.0), gravity=0.0)
     settings = replace(settings, gas_source="input", newton_tolerance=1e-10)
-    simulation = Simulation(engine, body, settings)
-    simulation.inputs[0] = SPEED
-    simulation.initialize()
+    simulation = at_speed(SPEED, engine, body, settings)
     entry.let_go(simulation, big_ends)
     return simulation
 
@@ -117,9 +118,7 @@ def test_a_pushed_crank_turns_on_at_its_own_rate():
     simulation = released(rigid_crank(free_six()), ALL)
     set_rotation(simulation, rate=0.1)
     run(simulation, 10)
-    angle, rate = angle_and_rate(simulation)
-    assert angle == pytest.approx(0.1 * 10 * TURN, rel=1e-4)
-    assert rate == pytest.approx(0.1, rel=1e-4)
+    assert angle_and_rate(simulation) == pytest.approx((0.1 * 10 * TURN, 0.1), rel=1e-4)
 
 
 @pytest.mark.parametrize("crank_angle", np.radians([5, 30, 75, 130, 200, 290, 365, 400, 610]))
@@ -128,9 +127,8 @@ def test_torque_of_a_wound_up_crank_is_the_exact_one(crank_angle):
     # the exact slider-crank. Acceleration of a rigid crank on bearings is its torque over its inertia.
     windup = 0.02
     engine = free_six()
-    simulation = Simulation(
-        engine, rigid_crank(engine), Settings(bearings="linear", integrator="sdirk2", dense_output="off")
-    )
+    settings = Settings(bearings="linear", integrator="sdirk2", dense_output="off")
+    simulation = Simulation(engine, rigid_crank(engine), settings)
     simulation.inputs[:7] = SPEED, *np.linspace(1e5, 6e6, 6)
     simulation.initialize()
     entry.let_go(simulation)
@@ -150,9 +148,6 @@ def test_torque_of_a_wound_up_crank_is_the_exact_one(crank_angle):
     assert rates[0] == pytest.approx(rates[1], rel=1e-3)
 
 
-RPM = math.pi / 30.0
-
-
 @cache
 def made(name):
     engine = load_engine(name)
@@ -162,10 +157,7 @@ def made(name):
 
 def simulation_of(name, rpm):
     engine, parts = made(name)
-    simulation = Simulation(engine, parts.body, parts.settings, parts=parts.parts)
-    simulation.inputs[0] = rpm * RPM
-    simulation.initialize()
-    return simulation
+    return at_speed(rpm * RPM, engine, parts.body, parts.settings, parts=parts.parts)
 
 
 @pytest.mark.parametrize(
@@ -180,10 +172,6 @@ def test_the_iteration_converges_at_once_where_the_crank_is_far_ahead_of_its_fra
     pins, _ = on_pins(simulation)
     assert np.abs(pins[:, 5] @ entry.motion(simulation)[0, entry.modes(simulation, "crank")]).max() > FAR
     assert entry.count(simulation, "iterations") < 1.5 * entry.count(simulation, "stages")
-
-
-FAR = 2e-3
-"""Rotation (rad) of a pin in its frame from which on the iteration counts it."""
 
 
 def on_pins(simulation):

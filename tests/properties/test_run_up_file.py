@@ -6,7 +6,6 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
-from one_line import one_line
 
 import cranktrain.studies.run_up.run_up as verb
 from cranktrain.core.errors import InputError, StoreError
@@ -14,7 +13,7 @@ from cranktrain.dynamics.settled.motion import Motion
 from cranktrain.results.run_up.run_up import RunUp, merged
 from cranktrain.store.hdf5 import write_result
 from cranktrain.store.journal import journal_place
-from cranktrain.studies.run_up.run_up import ASKED, CODE, Store
+from cranktrain.studies.run_up.run_up import ASKED, CODE
 from cranktrain.studies.run_up.steady import CycleStart, SteadySpeed
 
 
@@ -26,34 +25,25 @@ def run_up(speeds, seed=1):
         return generator.standard_normal((s, o)) + 1j * generator.standard_normal((s, o))
 
     return RunUp(
-        speeds=np.array(speeds, dtype=float),
-        orders=0.5 * np.arange(1, o + 1),
-        amplitudes={"pulley.torsion": amplitudes(), "pulley.axial": amplitudes()},
-        extremes={"bearing[1].force.x": generator.standard_normal((s, 3))},
-        cycles=generator.integers(2, 9, s),
-        repeats=np.ones(s, dtype=int),
-        left=generator.random(s),
-        attributes={"engine": "diesel_i6", "settle": 1e-4},
-    )
+        np.array(speeds, dtype=float), 0.5 * np.arange(1, o + 1),
+        {"pulley.torsion": amplitudes(), "pulley.axial": amplitudes()},
+        {"bearing[1].force.x": generator.standard_normal((s, 3))}, generator.integers(2, 9, s), np.ones(s, dtype=int),
+        generator.random(s), {"engine": "diesel_i6", "settle": 1e-4},
+    )  # fmt: skip
 
 
-def test_a_file_gives_back_what_it_was_given(tmp_path):
+@pytest.mark.parametrize("extremes", [True, False])
+def test_a_file_gives_back_what_it_was_given(tmp_path, extremes):
     made = run_up([100.0, 110.0, 120.0])
+    made = made if extremes else replace(made, extremes={})
     found = RunUp.load(made.save(tmp_path / "run-up.h5"))
     for name in ("speeds", "orders", "cycles", "repeats", "left"):
         assert np.array_equal(getattr(found, name), getattr(made, name))
     assert found.attributes == made.attributes
     assert np.array_equal(found.torsion, made.torsion) and np.array_equal(found.axial, made.axial)
-    assert np.array_equal(found.extremes["bearing[1].force.x"], made.extremes["bearing[1].force.x"])
+    assert found.extremes.keys() == made.extremes.keys()
+    assert all(np.array_equal(found.extremes[name], values) for name, values in made.extremes.items())
     assert np.array_equal(found.order(6.0), made.torsion[:, 11])
-
-
-def test_what_a_run_up_does_not_have_is_refused_with_what_it_has():
-    made = run_up([100.0, 110.0])
-    with pytest.raises(InputError, match=r"order 25 is not in this run-up; it has 0\.5 to 24"):
-        made.order(25.0)
-    with pytest.raises(InputError, match=r"did you mean 'pulley\.axial'"):
-        made.order(6.0, "pulley.axal")
 
 
 def test_parts_merge_in_the_order_of_their_speeds():
@@ -64,22 +54,14 @@ def test_parts_merge_in_the_order_of_their_speeds():
     assert np.array_equal(whole.torsion[[1, 3]], high.torsion[[0, 2]])
 
 
-def test_a_file_cut_short_or_of_another_kind_is_refused(tmp_path):
-    path = run_up([100.0, 110.0]).save(tmp_path / "run-up.h5")
-    whole = path.read_bytes()
-    path.write_bytes(whole[: len(whole) // 2])
-    with one_line(match=r"damaged.*runup", kind=StoreError):
-        RunUp.load(path)
+def test_a_file_of_another_kind_is_refused(tmp_path):
     other = write_result(tmp_path / "run.h5", {"time": (np.zeros(2), "s")})
     with pytest.raises(StoreError, match="not a cranktrain run-up"):
         RunUp.load(other)
     with pytest.raises(InputError, match="is no cranktrain run-up file"):
         run_up([100.0]).save(other)
 
-
-def test_arrays_that_do_not_fit_together_are_refused(tmp_path):
-    made = run_up([100.0, 110.0])
-    replace(made, speeds=np.array([100.0, 110.0, 120.0])).save(tmp_path / "run-up.h5")
+    replace(run_up([100.0, 110.0]), speeds=np.array([100.0, 110.0, 120.0])).save(tmp_path / "run-up.h5")
     with pytest.raises(StoreError, match="do not fit together"):
         RunUp.load(tmp_path / "run-up.h5")
 
@@ -113,33 +95,12 @@ def test_speeds_in_the_journal_are_read_with_the_file(tmp_path):
 
 def part(whole, k):
     """One of the speeds of a run-up."""
-    named = {
-        name: {output: values[k : k + 1] for output, values in getattr(whole, name).items()}
-        for name in ("amplitudes", "extremes")
-    }
-    rows = {name: getattr(whole, name)[k : k + 1] for name in ("speeds", "cycles", "repeats", "left")}
-    return replace(whole, **named, **rows)
-
-
-def test_a_finished_speed_is_on_the_disk_at_once_and_a_written_file_has_no_journal(tmp_path):
-    path, whole = tmp_path / "run-up.h5", run_up([100.0, 110.0, 120.0])
-    store = Store(path, {ASKED: "a", CODE: "b"}, False)
-    for k in range(3):
-        one = part(whole, k)
-        store.keep(
-            SteadySpeed(
-                one.speeds[0], {n: a[0] for n, a in one.amplitudes.items()}, {n: a[0] for n, a in one.extremes.items()},
-                one.cycles[0], 1, one.left[0], np.nan, None,
-            )
-        )  # fmt: skip
-        assert RunUp.load(path).speeds.tolist() == whole.speeds[: k + 1].tolist()
-    assert journal_place(path).is_file()
-    # Killed here, the next run-up finds all of it, and takes it into the file.
-    again = Store(path, {ASKED: "a", CODE: "b"}, False)
-    assert all(again.holds(speed) for speed in whole.speeds)
-    again.write()
-    assert not journal_place(path).exists()
-    assert np.array_equal(RunUp.load(path).torsion, whole.torsion)
+    one = slice(k, k + 1)
+    named = {name: {output: values[one] for output, values in getattr(whole, name).items()}
+             for name in ("amplitudes", "extremes")}  # fmt: skip
+    return replace(
+        whole, **named, **{name: getattr(whole, name)[one] for name in ("speeds", "cycles", "repeats", "left")}
+    )
 
 
 class Resonance:

@@ -8,7 +8,6 @@ from importlib.util import find_spec
 
 import numpy as np
 import pytest
-from matplotlib.figure import Figure
 
 from cranktrain.cli.main import main
 from cranktrain.engine.file import load_engine
@@ -19,11 +18,11 @@ from cranktrain.results.orders.modes_over_speed import ModesOverSpeed
 from cranktrain.results.orders.resonances import peaks
 from cranktrain.results.run_up import figures, peak_figures
 from cranktrain.results.run_up import plot_data as shown
-from cranktrain.results.run_up.plots import plot_waterfall, spread
+from cranktrain.results.run_up.plots import spread
 from cranktrain.results.run_up.run_up import AXIAL, FLYWHEEL, TORSION, RunUp, with_twist
 from cranktrain.results.views.over_speed import OrdersOverSpeed
 from cranktrain.structure.crank.level import crank_body
-from cranktrain.studies.campbell import assurance, campbell
+from cranktrain.studies.campbell import campbell
 
 RPM = math.pi / 30.0
 SIX = load_engine("diesel_i6")
@@ -71,99 +70,69 @@ def motion(run_up):
     return [replace(peak, motion_hz=238.6) for peak in peaks(run_up)]
 
 
+def of_orders(run_up, **beside):
+    return figures.order_figure(run_up, shown.TORSIONAL, shown.Beside(**beside), "six")
+
+
+def lines_of(figure):
+    return {line.get_label(): line for line in figure.axes[0].lines}
+
+
 def test_peaks_are_named_by_order_speed_and_mode_in_motion(run_up, modes, motion):
-    figure = figures.order_figure(run_up, shown.TORSIONAL, shown.Beside(SIX, modes, motion=motion), "six")
+    """Without a mode in motion by their own frequency; modes at rest are named in Campbell's diagram alone."""
+    figure = of_orders(run_up, engine=SIX, modes=modes, motion=motion)
     assert any(text.startswith("6: 2380 rev/min\nin motion 239 Hz") for text in texts(figure))
     assert any(text.startswith("9: 158") and "in motion" in text for text in texts(figure))
-    lines = {line.get_label(): line for line in figure.axes[0].lines}
-    sizes = np.degrees(np.abs(run_up.order(6.0)))
-    np.testing.assert_allclose(lines["6"].get_ydata(), sizes)
-    np.testing.assert_allclose(lines["6"].get_xdata(), run_up.speeds_rpm)
+    line = lines_of(figure)["6"]
+    np.testing.assert_allclose(line.get_ydata(), np.degrees(np.abs(run_up.order(6.0))))
+    np.testing.assert_allclose(line.get_xdata(), run_up.speeds_rpm)
     published = [line.get_xdata()[0] for line in figure.axes[0].lines if line.get_marker() == "^"]
     assert sorted(published) == pytest.approx([1587.0, 1904.0, 2197.0, 2380.0], abs=1.0)
-
-
-def test_a_peak_without_a_mode_in_motion_has_its_own_frequency(run_up, modes):
-    """Modes at rest are not those of a run, and no picture of its orders names them."""
-    figure = figures.order_figure(run_up, shown.TORSIONAL, shown.Beside(None, modes), "six")
-    assert any(text == "6: 2380 rev/min\n238 Hz" for text in texts(figure))
-    assert not any("torsional" in text for text in texts(figure))
-
-
-def test_the_campbell_diagram_names_its_state(run_up, modes, motion):
+    at_rest = texts(of_orders(run_up, modes=modes))
+    assert "6: 2380 rev/min\n238 Hz" in at_rest and not any("torsional" in text for text in at_rest)
     figure = figures.campbell_figure(run_up, shown.Beside(SIX, modes, motion=motion), "six")
     assert "at rest on stand-in springs" in figure.get_suptitle()
     assert any(text.startswith("torsional 1 at rest") for text in texts(figure))
-    marked = next(line for line in figure.axes[0].lines if line.get_label() == "torsional in motion")
-    assert set(marked.get_ydata()) == {238.6}
+    assert set(lines_of(figure)["torsional in motion"].get_ydata()) == {238.6}
 
 
 def test_peaks_without_a_period_are_named_as_those_of_a_mean_cycle(run_up):
     repeats = np.where(run_up.speeds_rpm > 2300.0, 0, 1)
-    lost = replace(run_up, repeats=repeats)
-    figure = figures.order_figure(lost, shown.TORSIONAL, shown.Beside(), "six")
-    assert any(text == "6: 2380 rev/min\n238 Hz, mean cycle" for text in texts(figure))
-    assert not any(text.startswith("9:") and "mean cycle" in text for text in texts(figure))
-    assert any(text.startswith("9:") for text in texts(figure))
+    figure = of_orders(replace(run_up, repeats=repeats))
+    assert "6: 2380 rev/min\n238 Hz, mean cycle" in texts(figure)
+    assert ["mean cycle" in text for text in texts(figure) if text.startswith("9:")] == [False]
     shaded = [patch for patch in figure.axes[0].patches if patch.get_width() < 50.0]
-    assert len(shaded) == np.count_nonzero(repeats == 0)
-    assert "Shaded" in figure.texts[-1].get_text()
+    assert len(shaded) == np.count_nonzero(repeats == 0) and "Shaded" in figure.texts[-1].get_text()
 
 
 def test_measured_orders_lie_over_the_computed_ones(run_up, tmp_path):
-    path = tmp_path / "measured.csv"
-    path.write_text("speed_rpm, order, amplitude, unit\n2380, 6, 1.1, deg\n1900, 6, 0.1, deg\n1800, 3, 55, µm\n")
+    """Of a speed that is measured twice both points, and the mean as the bar beside the computed orders."""
+    place, _ = peak_figures.peak_speeds(run_up, shown.TORSIONAL)[0]
+    rpm, path = float(run_up.speeds_rpm[place]), tmp_path / "measured.csv"
+    rows = f"{rpm!r}, 6, 1.5, deg\n{rpm!r}, 6, 0.5, deg\n1900, 6, 0.1, deg\n1800, 3, 55, µm\n"
+    path.write_text(f"speed_rpm, order, amplitude, unit\n{rows}")
     measured = read_measured_orders(path)
     assert measured[AXIAL][3.0][1] == pytest.approx([55e-6])
-    figure = figures.order_figure(run_up, shown.TORSIONAL, shown.Beside(SIX, None, measured), "six")
-    dots = [line for line in figure.axes[0].lines if line.get_marker() == "o"]
-    assert len(dots) == 1
-    np.testing.assert_allclose(dots[0].get_xdata(), [1900.0, 2380.0])
-    np.testing.assert_allclose(dots[0].get_ydata(), [0.1, 1.1])
-    bars = figures.harmonic_figure(run_up, shown.TORSIONAL, shown.Beside(SIX, None, measured), "six")
-    assert any("measured" in text.get_text() for ax in bars.axes if ax.get_legend() for text in ax.get_legend().texts)
+    [dots] = [
+        line for line in of_orders(run_up, engine=SIX, measured=measured).axes[0].lines if line.get_marker() == "o"
+    ]
+    assert sorted(zip(*dots.get_data(), strict=True)) == sorted([(1900.0, 0.1), (rpm, 0.5), (rpm, 1.5)])
+    ax = figures.harmonic_figure(run_up, shown.TORSIONAL, shown.Beside(SIX, None, measured), "six").axes[0]
+    assert any("measured" in text.get_text() for text in ax.get_legend().texts)
+    assert np.nanmax([bar.get_height() for bar in ax.containers[-1]]) == pytest.approx(1.0)
 
 
-def test_of_a_speed_measured_twice_all_points_are_drawn_and_the_bar_is_their_mean(run_up, tmp_path):
-    place, _ = peak_figures.peak_speeds(run_up, shown.TORSIONAL)[0]
-    rpm = float(run_up.speeds_rpm[place])
-    path = tmp_path / "measured.csv"
-    path.write_text(f"speed_rpm, order, amplitude, unit\n{rpm!r}, 6, 1.5, deg\n{rpm!r}, 6, 0.5, deg\n")
-    beside = shown.Beside(SIX, None, read_measured_orders(path))
-    dots = [line for line in figures.order_figure(run_up, shown.TORSIONAL, beside, "six").axes[0].lines
-            if line.get_marker() == "o"]  # fmt: skip
-    np.testing.assert_allclose(dots[0].get_ydata(), [0.5, 1.5])
-    bars = peak_figures.harmonic_figure(run_up, shown.TORSIONAL, beside, "six").axes[0].containers[-1]
-    assert np.nanmax([bar.get_height() for bar in bars]) == pytest.approx(1.0)
-
-
-def test_history_is_the_sum_of_the_orders(run_up):
-    figure = figures.history_figure(run_up, shown.ALONG, "six")
-    line = figure.axes[0].lines[0]
-    angle = np.radians(line.get_xdata())
-    expected = 60.0 * (1j * np.exp(3j * angle)).real
+def test_axial_motion_is_shown_over_the_angle_by_harmonics_and_in_parts(run_up):
+    line = figures.history_figure(run_up, shown.ALONG, "six").axes[0].lines[0]
+    expected = 60.0 * (1j * np.exp(3j * np.radians(line.get_xdata()))).real
     np.testing.assert_allclose(line.get_ydata(), expected, atol=1e-9)
-
-
-def test_harmonics_of_axial_motion_show_its_parts(run_up):
     ax = figures.harmonic_figure(run_up, shown.ALONG, shown.Beside(), "six").axes[0]
     assert [text.get_text() for text in ax.get_legend().texts] == ["pulley", "crank", "bearing", "engine"]
     heights = [max(bar.get_height() for bar in container) for container in ax.containers]
     assert heights == pytest.approx([60.0, 30.0, 20.0, 10.0])
-
-
-def test_parts_of_axial_motion_stand_over_the_speed(run_up):
     axes = figures.parts_figure(run_up, shown.ALONG, shown.Beside(), "six").axes
     tops = [max(float(np.max(line.get_ydata())) for line in ax.lines) for ax in axes]
     assert tops == pytest.approx([30.0, 20.0, 10.0])
-
-
-def test_both_run_ups_of_a_damper_have_one_scale(run_up):
-    damped = replace(run_up, amplitudes={TORSION: 0.1 * run_up.torsion})
-    axes = figures.damper_figure(run_up, damped, shown.TORSIONAL, shown.Beside(SIX), "six").axes
-    assert axes[0].get_ylim() == axes[1].get_ylim()
-    tops = [max(line.get_ydata().max() for line in ax.lines if line.get_label() == "6") for ax in axes]
-    assert tops[1] == pytest.approx(0.1 * tops[0])
 
 
 def test_orders_that_are_asked_for_stand_alone_peak_to_peak_and_on_a_logarithmic_scale(run_up):
@@ -176,41 +145,32 @@ def test_orders_that_are_asked_for_stand_alone_peak_to_peak_and_on_a_logarithmic
 
 @pytest.fixture(scope="module")
 def uneven(run_up):
-    """The same resonances under order 2 of a light crank that turns unevenly as a whole, Ω⁻², and a hump of order 1."""
+    """The same resonances under order 2 of a light crank that turns unevenly as a whole, Ω⁻²."""
     torsion = run_up.torsion.copy()
     torsion[:, 3] += 40.0 * (run_up.speeds[0] / run_up.speeds) ** 2 * np.abs(torsion).max()
-    middle = 2000.0 * RPM
-    torsion[:, 1] += 0.5 * np.abs(torsion[:, 11]).max() / np.sqrt(1.0 + ((run_up.speeds / middle - 1.0) / 0.3) ** 2)
     return replace(run_up, amplitudes={TORSION: torsion})
 
 
 def test_the_scale_is_logarithmic_where_resonances_drown_and_as_it_is_asked_for(run_up, uneven):
     """The resonance is a fortieth of the largest amplitude: 6 points of a linear axis, half of one of three decades."""
     for data, log, scale in ((run_up, None, "linear"), (uneven, None, "log"), (uneven, False, "linear")):
-        figure = figures.order_figure(data, shown.TORSIONAL, shown.Beside(log=log), "six")
-        assert figure.axes[0].get_yscale() == scale
-    alone = shown.Beside(orders=(6.0, 9.0))
-    assert figures.order_figure(uneven, shown.TORSIONAL, alone, "six").axes[0].get_yscale() == "linear"
+        assert of_orders(data, log=log).axes[0].get_yscale() == scale
+    assert of_orders(uneven, orders=(6.0, 9.0)).axes[0].get_yscale() == "linear"
     norm = figures.map_figure(uneven, shown.TORSIONAL, shown.Beside(), "six", 300.0).axes[0].collections[0].norm
     assert norm.vmax / norm.vmin == pytest.approx(1000.0)
 
 
-def test_a_waterfall_of_decades_is_as_high_as_the_logarithm(uneven):
-    figure = figures.waterfall_figure(uneven, shown.TORSIONAL, shown.Beside(), "six", 300.0)
+@pytest.mark.parametrize("log", [False, True])
+def test_a_waterfall_lies_at_frequency_and_speed(uneven, log):
+    """As high as the amplitude over the largest, of seven steps, on a logarithmic scale of three steps and decades."""
+    figure = figures.waterfall_figure(uneven, shown.TORSIONAL, shown.Beside(log=log), "six", 300.0)
     sizes, step = np.abs(uneven.torsion), np.diff(uneven.speeds_rpm)[0] * 3
     line = figure.axes[0].lines[0]  # of the highest speed that is drawn
     [at] = np.flatnonzero(np.isclose(line.get_xdata(), 2.0 * uneven.speeds_rpm[-1] / 60.0))
-    decades = math.log10(sizes[-1, 3] / sizes[::3].max()) / 3.0
-    assert (line.get_ydata()[at] - uneven.speeds_rpm[-1]) / step == pytest.approx(3.0 * (1.0 + decades), rel=1e-6)
+    share = sizes[-1, 3] / sizes[::3].max()
+    height = 3.0 + math.log10(share) if log else 7.0 * share
+    assert (line.get_ydata()[at] - uneven.speeds_rpm[-1]) / step == pytest.approx(height, rel=1e-6)
     assert np.all(line.get_ydata() >= uneven.speeds_rpm[-1] - 1e-9)
-
-
-def test_humps_have_no_label(uneven):
-    assert 1.0 in {peak.order for peak in peaks(uneven)}
-    assert {peak.order for peak in shown.worthy(uneven, shown.TORSIONAL, [1.0, 2.0, 6.0, 9.0], shown.Beside())} == {
-        6,
-        9,
-    }
 
 
 def test_twist_is_drawn_with_the_range_of_all_its_orders(run_up):
@@ -218,9 +178,9 @@ def test_twist_is_drawn_with_the_range_of_all_its_orders(run_up):
     flywheel = np.where(run_up.orders == 6.0, 0.0, run_up.torsion)
     both = with_twist(replace(run_up, amplitudes={TORSION: run_up.torsion, FLYWHEEL: flywheel}))
     figure = figures.order_figure(both, shown.TWISTING, shown.Beside(), "six")
-    lines = {line.get_label(): line.get_ydata() for line in figure.axes[0].lines}
-    np.testing.assert_allclose(lines["6"], np.degrees(np.abs(run_up.order(6.0))))
-    np.testing.assert_allclose(lines["all"], lines["6"], rtol=1e-4)
+    lines = lines_of(figure)
+    np.testing.assert_allclose(lines["6"].get_ydata(), np.degrees(np.abs(run_up.order(6.0))))
+    np.testing.assert_allclose(lines["all"].get_ydata(), lines["6"].get_ydata(), rtol=1e-4)
     assert "Black: all orders together" in figure.texts[-1].get_text()
 
 
@@ -236,23 +196,11 @@ def test_a_colour_map_has_the_orders_and_their_frequencies(run_up, log):
     assert abs(hz[found[0]] / (6.0 * speeds[top[1]] / (2.0 * math.pi)) - 1.0) < 0.25 / 6.0 + 0.01
 
 
-def test_waterfall_lies_at_frequency_and_speed(run_up):
-    ax = Figure().subplots()
-    sizes = np.abs(run_up.torsion[::10])
-    plot_waterfall(ax, run_up.speeds_rpm[::10], run_up.orders, sizes, "rad", [6.0], 300.0)
-    at = int(sizes[:, 11].argmax())
-    line = ax.lines[sizes.shape[0] - 1 - at]  # drawn from the highest speed down
-    top = int(np.argmax(line.get_ydata()))
-    assert line.get_xdata()[top] == pytest.approx(6.0 * run_up.speeds_rpm[::10][at] / 60.0)
-
-
 def test_labels_are_spread_in_their_sequence():
-    places = spread([5.0, 5.1, 1.0, 9.9], 1.0, 0.0, 10.0)
-    assert np.argsort(places).tolist() == np.argsort([5.0, 5.1, 1.0, 9.9]).tolist()
-    assert np.diff(np.sort(places)).min() >= 1.0 - 1e-12
-    assert places[2] == pytest.approx(1.0) and places[0] + places[1] == pytest.approx(10.1)
-    crowded = spread([5.0] * 6, 4.0, 0.0, 10.0)
-    assert np.diff(np.sort(crowded)) == pytest.approx(2.0)
+    wanted = [5.0, 5.1, 1.0, 9.9]
+    places = spread(wanted, 1.0, 0.0, 10.0)
+    assert np.argsort(places).tolist() == np.argsort(wanted).tolist() and np.diff(np.sort(places)).min() >= 1.0 - 1e-12
+    assert np.diff(np.sort(spread([5.0] * 6, 4.0, 0.0, 10.0))) == pytest.approx(2.0)
 
 
 def test_orders_meet_modes_at_critical_speeds(modes):
@@ -264,15 +212,6 @@ def test_orders_meet_modes_at_critical_speeds(modes):
     assert modes.nearest(6.0, 2300.0 * RPM, "axial") is None
 
 
-def test_modes_of_a_torsional_crank_do_not_feel_the_speed():
-    """Their frequencies are constant, so orders meet them where the linear critical speeds are."""
-    engine = replace(SIX, reduction=replace(SIX.reduction, torsional_source="ker-wilson"))
-    found = campbell(engine, crank_body(engine, "torsional"), np.array([1000.0, 2000.0, 2600.0]) * RPM)
-    assert found.names[:2] == ("drive line", "torsional 1") and set(found.kinds) == {"drive line", "torsional"}
-    np.testing.assert_allclose(found.hz, np.broadcast_to(found.hz[0], found.hz.shape), rtol=2e-3)
-    assert found.agreement.min() > 0.999
-
-
 def test_modes_of_an_elastic_crank_are_followed_by_their_shapes():
     """Where frequencies veer shapes change with the speed: the criterion misses one by the square of the step."""
     body = crank_body(SIX, "beam")
@@ -281,16 +220,6 @@ def test_modes_of_an_elastic_crank_are_followed_by_their_shapes():
     np.testing.assert_allclose(coarse.hz, fine.hz[::2], rtol=1e-9)
     missed = [1.0 - found.agreement.min() for found in (coarse, fine)]
     assert missed[0] < 0.1 and 3.0 < missed[0] / missed[1] < 5.0
-
-
-def test_assurance_is_one_of_a_shape_with_itself_in_any_phase():
-    random = np.random.default_rng(1)
-    shapes = random.normal(size=(9, 4)) + 1j * random.normal(size=(9, 4))
-    found = assurance(shapes, shapes * np.exp(1j * random.normal(size=4)))
-    assert np.diag(found) == pytest.approx(1.0)
-    assert found.max() <= 1.0 + 1e-12
-    pair = np.linalg.qr(shapes)[0]
-    assert assurance(pair[:, :1], pair[:, 1:]) == pytest.approx(0.0, abs=1e-12)
 
 
 def test_verb_draws_a_file_and_says_what_it_lacks(run_up, tmp_path, capsys):
@@ -342,7 +271,7 @@ def test_a_speed_without_a_result_is_a_gap_in_every_picture(run_up, modes, tmp_p
         deviations(lost, measured)
     assert {path.name for path in drawn} == set(figures.file_names())
     figure = figures.order_figure(lost, shown.TORSIONAL, beside, "six")
-    line = next(line for line in figure.axes[0].lines if line.get_label() == "6")
+    line = lines_of(figure)["6"]
     assert np.isfinite([*figure.axes[0].get_xlim(), *figure.axes[0].get_ylim()]).all()
     wanted = np.degrees(np.abs(whole.order(6.0)))
     wanted[rows] = math.nan
@@ -364,16 +293,3 @@ def test_a_speed_without_a_result_is_a_gap_in_hand_and_in_bearing_loads(run_up, 
     told = capsys.readouterr()
     assert len(json.loads(told.out)["speeds"]) == lost.speeds.size - 1
     assert f"no result at {lost.speeds_rpm[rows[0]]:.0f} rev/min" in told.err
-
-
-def test_run_up_in_the_frequency_domain_with_its_pictures(tmp_path, capsys):
-    """From the command line; the six's order 6 within 1 % of its linear critical speed."""
-    out, folder = tmp_path / "up.h5", tmp_path / "pictures"
-    asked = ["runup", "diesel_i6", "--from", "2200", "--to", "2500", "--step", "10", "--crank", "torsional"]
-    chosen = ["--method", "harmonic-balance", "--no-inherit", "--output", str(out), "--plots", str(folder), "--json"]
-    assert main([*asked, *chosen]) == 0
-    said = json.loads(capsys.readouterr().out)
-    assert {"torsion_orders.png", "campbell.png"} <= {path.name for path in folder.iterdir()}
-    assert set(said["plots"]) == {str(path) for path in folder.iterdir()}
-    sixth = next(peak for peak in said["peaks"] if peak["order"] == 6.0)
-    assert sixth["rpm"] == pytest.approx(60.0 * sixth["mode_hz"] / 6.0, rel=0.01)

@@ -1,6 +1,7 @@
 """Differences between runs of a scene, the ladder that a plan climbs, and plans against a run at the next level."""
 
 import math
+from functools import partial
 from pathlib import Path
 
 import numpy as np
@@ -39,14 +40,13 @@ def test_amplitude_and_phase_of_one_order():
 
 
 def test_nothing_above_the_frequency_counts():
-    def signal(angle):
-        return np.sin(3.0 * angle)
+    def rough(angle, more=0.3):
+        return np.sin(3.0 * angle) + more * np.sin(8.0 * angle)
 
-    def rough(angle):
-        return signal(angle) + 0.3 * np.sin(8.0 * angle)
-
-    assert difference(rough, signal, 7.5) == pytest.approx(0.0, abs=1e-12)
-    assert difference(rough, signal, 8.0) == pytest.approx(0.3, rel=1e-9)
+    for highest, found in ((7.5, 0.0), (8.0, 0.3)):
+        assert difference(rough, partial(rough, more=0.0), highest) == pytest.approx(found, rel=1e-9, abs=1e-12)
+    assert difference(np.zeros_like, np.zeros_like, 6.0) == 0.0
+    assert longest_step(SPEED, 500.0) / SPEED == pytest.approx(1.0 / (4.0 * 500.0))  # four steps to a period
 
 
 def test_beyond_what_is_sampled_it_is_the_rms_over_samples():
@@ -66,32 +66,24 @@ def test_runs_of_different_steps_meet_in_common_samples(n, m):
     assert difference(lambda a: 1.1 * signal(a), signal, 6.0, n, m) == pytest.approx(0.1, rel=1e-9)
 
 
-def test_the_same_constant_is_no_difference():
-    assert difference(np.zeros_like, np.zeros_like, 6.0) == 0.0
-
-
-def test_longest_step_gives_four_steps_to_a_period():
-    assert longest_step(SPEED, 500.0) / SPEED == pytest.approx(1.0 / (4.0 * 500.0))
-
-
 def test_families_take_their_worst_member():
     names = ("bearing[1].force.x", "bearing[2].force.x", "pulley.torsion", "mount[3].force.y")
-    assert by_family(names, [1.0, 3.0, 2.0, 4.0]) == {
-        "bearing.force.x": 3.0,
-        "pulley.torsion": 2.0,
-        "mount[3].force.y": 4.0,
-    }
+    found = {"bearing.force.x": 3.0, "pulley.torsion": 2.0, "mount[3].force.y": 4.0}
+    assert by_family(names, [1.0, 3.0, 2.0, 4.0]) == found
+
+
+def scene_of(folder, outputs='"pulley.torsion"', engine="diesel_i6", wish=""):
+    path = folder / "scene.toml"
+    path.write_text(
+        f'engine = "{engine}"\nspeeds_rpm = [1500]\noutputs = [{outputs}]\nfrequency_hz = 300\naccuracy = 0.1\n{wish}\n'
+    )
+    return load_scene(path)
 
 
 @pytest.mark.parametrize("engine", ["diesel_i6", "diesel_v8"])
 @pytest.mark.parametrize("wish", ["", 'crank = "beam"', 'bearings = "linear"', 'crank = "torsional"'])
-def test_the_ladder_climbs_and_ends(engine, wish, tmp_path: Path):
-    path = tmp_path / "scene.toml"
-    path.write_text(
-        f'engine = "{engine}"\nspeeds_rpm = [1500]\noutputs = ["pulley.torsion"]\nfrequency_hz = 300\n'
-        f"accuracy = 0.1\n{wish}\n"
-    )
-    scene = load_scene(path)
+def test_the_ladder_climbs_and_ends(engine, wish, tmp_path):
+    scene = scene_of(tmp_path, engine=engine, wish=wish)
     levels = bearing_levels(scene)
 
     def height(pair):
@@ -109,25 +101,16 @@ def test_the_ladder_climbs_and_ends(engine, wish, tmp_path: Path):
         assert climbed <= len(levels) + len(CRANKS)
 
 
-def test_what_is_fixed_does_not_change(tmp_path: Path):
-    path = tmp_path / "scene.toml"
-    path.write_text(
-        'engine = "diesel_i6"\nspeeds_rpm = [1500]\noutputs = ["pulley.axial"]\nfrequency_hz = 300\naccuracy = 0.1\n'
-    )
-    scene = load_scene(path)
+def test_what_is_fixed_does_not_change(tmp_path):
+    scene = scene_of(tmp_path, '"pulley.axial"')
     assert next_pair(scene, ("beam", "impedance"), bearings=False) == ("solid", "impedance")
     assert next_pair(scene, ("beam", "impedance"), crank=False) == ("beam", "table")
     assert next_pair(scene, ("solid", "ehd:fine")) is None
     assert next_pair(scene, ("solid", "table"), bearings=False) is None
 
 
-def test_held_mains_leave_no_films_on_the_pins(tmp_path: Path):
-    path = tmp_path / "scene.toml"
-    path.write_text(
-        'engine = "diesel_i6"\nspeeds_rpm = [1500]\noutputs = ["pulley.torsion", "big_end[1].film_thickness_min"]\n'
-        "frequency_hz = 300\naccuracy = 0.1\n"
-    )
-    scene = load_scene(path)
+def test_held_mains_leave_no_films_on_the_pins(tmp_path):
+    scene = scene_of(tmp_path, '"pulley.torsion", "big_end[1].film_thickness_min"')
     assert scene.big_ends == "impedance"
     assert candidates(scene)[0] == ("beam", "impedance")
     assert not any(bearings == "held" for _, bearings in every_pair(scene, with_ehd=False))

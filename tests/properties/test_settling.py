@@ -35,10 +35,7 @@ def last_cycles(run):
 
 @pytest.mark.parametrize("rpm", [1000, 1600, 2000])
 def test_a_run_ends_at_the_cycle_of_a_long_one(rpm):
-    """Six plain cycles left 0.5 to 1 % of torsion, and more of order 1.
-
-    With its axial path: without one the collar of this crank goes from side to side with no period, plainly run or not.
-    """
+    """With its axial path: without one the collar of this crank goes from side to side with no period."""
     engine, body = whole_six()
     settled = simulate(engine, body, Settings(), rpm * RPM)
     assert settled.settling.repeats == 1 and settled.settling.cycles <= 7
@@ -47,17 +44,13 @@ def test_a_run_ends_at_the_cycle_of_a_long_one(rpm):
     exact, found = plain[-1], last_cycles(settled)[0][-1]
     truth = judge.left(exact, found)
     assert max(truth.values()) < 1e-3
-    assert truth["pulley.torsion"] < 1e-3
     # A cycle that has settled is no better than its tolerance by chance: plain running leaves more at that count.
     assert judge.left(exact, plain[settled.settling.cycles - 1])["pulley.torsion"] > 3 * truth["pulley.torsion"]
 
 
 @pytest.mark.parametrize("cycles", [None, 4, 6, 9])
 def test_what_is_left_is_told_from_above(cycles):
-    """At most four times the truth, and not below it; of families that a tenth of the worst is left of, not much.
-
-    Speeds of films decay by other modes than the worst family, and are told up to 7 times too high.
-    """
+    """At most four times the truth, and not below it; speeds of films, which decay by other modes, up to 8 times."""
     (engine, body), settings = whole_six(), Settings(step=math.radians(2.5))
     long, judge = last_cycles(simulate(engine, body, settings, 1600 * RPM, 40))
     run = simulate(engine, body, settings, 1600 * RPM, cycles)
@@ -83,14 +76,13 @@ def test_the_collar_bounces_because_its_film_ruptures(monkeypatch):
 
 def test_cycles_are_exactly_those_asked_for():
     engine = free_six()
-    settings = Settings(crank="rigid", bearings="linear")
+    given = engine, rigid_crank(engine), Settings(crank="rigid", bearings="linear"), 2000 * RPM
     for cycles in (1, 3):
-        run = simulate(engine, rigid_crank(engine), settings, 2000 * RPM, cycles)
+        run = simulate(*given, cycles)
         assert run.time.size == cycles * run.per_cycle + 1 and run.settling.cycles == cycles
-        assert bool(run.settling.left) == (cycles > 1)
-    assert "unknown after 1 cycle;" in simulate(engine, rigid_crank(engine), settings, 2000 * RPM, 1).settling.text
+        assert bool(run.settling.left) == (cycles > 1) != ("unknown after 1 cycle;" in run.settling.text)
     with pytest.raises(InputError, match="settling error must lie between 0 and 1"):
-        simulate(engine, rigid_crank(engine), settings, 2000 * RPM, settle=0.0)
+        simulate(*given, settle=0.0)
 
 
 def test_a_free_speed_is_never_called_periodic():
@@ -98,19 +90,6 @@ def test_a_free_speed_is_never_called_periodic():
     settings = Settings(crank="rigid", bearings="linear", boundary="torque")
     run = simulate(engine, rigid_crank(engine), settings, 2000 * RPM)
     assert not run.settling.steady and "the speed is free" in run.settling.text
-
-
-def test_mounts_reach_what_plain_running_does_in_a_hundred_cycles():
-    """After six plain cycles mounts' forces were wrong by their own size."""
-    engine = free_six()
-    parts = Parts(block=box_block(engine))
-    settings = Settings(crank="rigid", bearings="linear", block="flexible")
-    settled = simulate(engine, rigid_crank(engine), settings, 2000 * RPM, parts=parts)
-    assert settled.settling.repeats == 1 and settled.settling.cycles <= 8
-    plain, judge = last_cycles(simulate(engine, rigid_crank(engine), settings, 2000 * RPM, 150, parts=parts))
-    exact = plain[-1]
-    assert judge.left(exact, last_cycles(settled)[0][-1])["mount.force"] < 2e-3
-    assert judge.left(exact, plain[5])["mount.force"] > 0.1
 
 
 @pytest.mark.parametrize(("joint", "rpm"), [("spline", 1400), ("spline", 2600), ("bolted", 1000)])
@@ -131,9 +110,8 @@ def test_the_block_moves_in_space_and_the_crank_with_it():
     engine = free_six()
     simulation = started(2000 * RPM, engine, Parts(block=box_block(engine)), block="flexible")
     block = SlowModes(simulation.model, 2000 * RPM).block
-    carried = np.column_stack(
-        [entry.carried(simulation.model, unit) for unit in np.eye(simulation.parts.block.n_modes)]
-    )
+    units = np.eye(simulation.parts.block.n_modes)
+    carried = np.column_stack([entry.carried(simulation.model, unit) for unit in units])
     crank, sweep = entry.modes(simulation, "crank"), np.zeros((len(carried),) * 2)
     sweep[crank, crank] = 2000 * RPM * simulation.body.gyroscopic
     y = np.random.default_rng(2).normal(size=12)
@@ -173,19 +151,16 @@ PERIODS = [(2.8, 1), (3.2, 2), (3.8319, 3), (3.5, 4), (3.739, 5), (3.6277, 6), (
 
 @pytest.mark.parametrize(("r", "repeats"), PERIODS)
 def test_motions_that_repeat_less_often_than_the_engine(r, repeats):
-    toy = Toy(r)
-    recorded = settled_cycles(Recorder(toy, 0.05, 20), Judge({"toy": [0]}, frozenset()))
-    assert recorded.settling.repeats == repeats
-    text = recorded.settling.text
-    assert {1: "periodic after", 0: "no period after"}.get(repeats, f"repeats every {repeats} cycles") in text
+    recorded = settled_cycles(Recorder(Toy(r), 0.05, 20), Judge({"toy": [0]}, frozenset()))
+    settling = recorded.settling
+    assert settling.repeats == repeats
+    said = {1: "periodic after", 0: "no period after"}.get(repeats, f"repeats every {repeats} cycles")
+    assert said in settling.text
     assert len(recorded.rows) == repeats * 20 + 1 or not repeats
-
-
-def test_a_motion_without_a_period_ends_early_and_says_why():
-    settling = settled_cycles(Recorder(Toy(3.9), 0.05, 20), Judge({"toy": [0]}, frozenset())).settling
-    assert settling.repeats == 0 and settling.cycles <= 20
-    assert settling.parting > 1.0 and "difference of similar cycles grows" in settling.text
-    assert settling.as_dict()["cycles_part_by"] == settling.attributes["cycles_part_by"] == settling.parting
+    if not repeats:  # ends early and says why
+        assert settling.cycles <= 20
+        assert settling.parting > 1.0 and "difference of similar cycles grows" in settling.text
+        assert settling.as_dict()["cycles_part_by"] == settling.attributes["cycles_part_by"] == settling.parting
 
 
 @pytest.mark.parametrize(
@@ -236,15 +211,11 @@ def test_a_mode_that_decays_freely_is_taken_off_at_once_and_learned_from_what_a_
     assert near.learned(other, other, time) is near
 
 
-def collar_of_the_six(over_cycle):
-    simulation = started(2000 * RPM)
-    return Collar(simulation.model, np.array(over_cycle)), simulation
-
-
 def test_the_collar_learns_from_two_changes_what_a_cycle_makes_of_it_and_takes_it_off():
     """In two directions at right angles, one after the other; the motion that is left repeats at once."""
     truth = np.array([[0.1, 0.02], [-0.3, -0.25]])
-    collar, simulation = collar_of_the_six(NOTHING_LEFT)
+    simulation = started(2000 * RPM)
+    collar = Collar(simulation.model, np.array(NOTHING_LEFT))
     for y in (np.array([2.0, 1.0]), np.array([-1.0, 2.0])):
         collar.learn(collar.lift(y), collar.lift(truth @ y))
     assert collar.over_cycle == pytest.approx(truth)
@@ -257,7 +228,7 @@ def test_the_collar_learns_from_two_changes_what_a_cycle_makes_of_it_and_takes_i
 
 
 def test_a_motion_that_is_not_stable_is_not_held_by_corrections():
-    collar, _ = collar_of_the_six([[0.1, 0.0], [0.0, -1.2]])
+    collar = Collar(started(2000 * RPM).model, np.array([[0.1, 0.0], [0.0, -1.2]]))
     assert not np.any(collar.correction(collar.lift(np.array([1.0, 1.0])), 1).velocity)
 
 

@@ -9,14 +9,16 @@ import numpy as np
 import pytest
 from bodies import joined
 from one_line import one_line
-from rods import beside, part, rotation
+from rods import beside, in_space, teeth
 from scipy.integrate import solve_ivp
 from started import series
 
 import cranktrain as ct
 from cranktrain.core.reduced_body import rigid_body
 from cranktrain.dynamics.simulation import Simulation, simulate
-from cranktrain.engine.file import engine_folder, load_engine
+from cranktrain.engine.additions import BodyTable, ConnectionTable, FrameTable
+from cranktrain.engine.connections import GearMesh, SliderCrank, Spring
+from cranktrain.engine.file import load_engine
 from cranktrain.results.summary import run_summary
 
 GROUND, SPEED = ct.End("ground"), 200.0
@@ -24,15 +26,11 @@ GROUND, SPEED = ct.End("ground"), 200.0
 
 def on_own_pins(engine):
     """A second rod on each pin of an engine, in the cylinder of the first one."""
-    links = [
-        ct.Connection(
-            f"second[{c}]",
-            "slider_crank",
-            (ct.End("crank", f"pin[{pin}]", (0.0, 0.0, engine.rod_offsets[c - 1])), GROUND),
-            {"cylinder": c, "bank": engine.cylinders.bank_angles[c - 1], "offset": engine.offsets[c - 1]},
-        )
-        for c, pin in enumerate(engine.cylinders.pins, 1)
-    ]
+    links = []
+    for c, pin in enumerate(engine.cylinders.pins):
+        data = {"cylinder": c + 1, "bank": engine.cylinders.bank_angles[c], "offset": engine.offsets[c]}
+        ends = ct.End("crank", f"pin[{pin}]", (0.0, 0.0, engine.rod_offsets[c])), GROUND
+        links.append(ct.Connection(f"second[{c + 1}]", "slider_crank", ends, data))
     return ct.Topology((), (), tuple(links))
 
 
@@ -48,21 +46,15 @@ def constant_pressures(engine, made, topology):
 
 @pytest.mark.parametrize("name", ["single_petrol", "diesel_i6", "diesel_v8"])
 def test_a_second_rod_on_each_pin_is_rods_and_pistons_of_twice_the_mass(name):
-    """With twice the piston's area, and without structural damping, which follows the mass of the engine's rods.
-
-    Beside the middle of a pin, as in the V8, the moment of a force counts from where the pin's middle is displaced to.
-    """
+    """With twice the piston's area, without structural damping, which follows the mass of the engine's own rods."""
     engine = load_engine(name)
     engine = replace(engine, damping=replace(engine.damping, kind="modal", ratio=0.0))
     settings = ct.Settings(crank="beam", bearings="linear", gas_source="input", newton_tolerance=1e-10)
     made = ct.assemble(engine, settings, inherit=False)
     rod, own = engine.rod, engine.cylinders
-    twice = replace(
-        rod, big_end_mass=2 * rod.big_end_mass, small_end_mass=2 * rod.small_end_mass, inertia=2 * rod.inertia
-    )
-    heavy = replace(
-        engine, rod=twice, cylinders=replace(own, bore=math.sqrt(2.0) * own.bore, piston_mass=2 * own.piston_mass)
-    )
+    twice = {key: 2 * getattr(rod, key) for key in ("big_end_mass", "small_end_mass", "inertia")}
+    cylinders = replace(own, bore=math.sqrt(2.0) * own.bore, piston_mass=2 * own.piston_mass)
+    heavy = replace(engine, rod=replace(rod, **twice), cylinders=cylinders)
     wanted, ours = constant_pressures(heavy, made, None), constant_pressures(engine, made, on_own_pins(engine))
     for output in ("flywheel.torsion", "pulley.torsion", "bearing[1].force.x", "bearing[1].force.y", "gas.work"):
         size = np.ptp(wanted[output])
@@ -70,14 +62,13 @@ def test_a_second_rod_on_each_pin_is_rods_and_pistons_of_twice_the_mass(name):
         assert left < (5e-5 if any(engine.rod_offsets) else 1e-6) * size, output
     side, place = ours["connection[second[1]].force.side"], ours["connection[second[1]].piston.position"]
     assert np.abs(side - ours["piston[1].side_force"]).max() < 1e-9 * np.ptp(side)
-    beside_top = ours["cylinder[1].piston_position"] + place
-    assert np.ptp(beside_top) < 1e-12
+    assert np.ptp(ours["cylinder[1].piston_position"] + place) < 1e-12
 
 
 def test_opposed_pistons_on_two_geared_cranks_move_as_lagranges_equations_say():
     """Rods and pistons as functions of the cranks' motion, by Radau; their forces to 1e-5 of their range."""
     distance, throws, length, centre = 0.53, (0.05, 0.04), 0.2, 0.07
-    hub, damper, mesh, mesh_damper, play, normal_angle = 5e8, 5e3, 1e8, 2e3, 1e-8, math.radians(20.0)
+    hub, damper, mesh, mesh_damper, play = 5e8, 5e3, 1e8, 2e3, 1e-8
     crank_mass, inertias, rod_mass, rod_inertia, piston_mass = 8.0, (200.0, 80.0), 0.5, 3e-3, 0.6
     rod = {
         "length": length, "big_end_mass": rod_mass * (1.0 - centre / length),
@@ -110,13 +101,8 @@ def test_opposed_pistons_on_two_geared_cranks_move_as_lagranges_equations_say():
             lean = np.arcsin((across - 4e-3) / length)
             piston = along + up * length * np.cos(lean)
             share = centre / length
-            found += [
-                across + share * (4e-3 - across),
-                along + share * (piston - along),
-                up * lean,
-                4e-3 + 0.0 * x,
-                piston,
-            ]
+            middle = across + share * (4e-3 - across), along + share * (piston - along)
+            found += [*middle, up * lean, 4e-3 + 0.0 * x, piston]
         return np.array(found)
 
     weights = np.array([rod_mass, rod_mass, rod_inertia, piston_mass, piston_mass] * 2)
@@ -136,18 +122,8 @@ def test_opposed_pistons_on_two_geared_cranks_move_as_lagranges_equations_say():
         loads = np.zeros(6)
         loads[[1, 4]] = -9.80665 * crank_mass
         loads[[0, 1, 3, 4]] -= hub * apart[[0, 1, 3, 4]] + damper * moving[[0, 1, 3, 4]]
-        normal = np.array([1.0, math.tan(normal_angle)]) / math.hypot(1.0, math.tan(normal_angle))
-        both, both_rates = apart.reshape(2, 3), moving.reshape(2, 3)
-        for sign in (1.0, -1.0):
-            way = np.array([-sign * normal[0], normal[1]])
-            turns = [-arm * way[0] for arm in (0.5 * distance, -0.5 * distance)]
-            gap, gap_rate = ((a[0, :2] - a[1, :2]) @ way + a[0, 2] * turns[0] - a[1, 2] * turns[1]
-                             for a in (both, both_rates))  # fmt: skip
-            pressed = gap - 0.5 * play * normal[0]
-            root = math.hypot(pressed, 1e-7)
-            force = 0.5 * mesh * (pressed + root) + mesh_damper * 0.5 * (1.0 + pressed / root) * gap_rate
-            loads[:3] -= force * np.array([*way, turns[0]])
-            loads[3:] += force * np.array([*way, turns[1]])
+        arms = 0.5 * distance, -0.5 * distance
+        loads += teeth(*y.reshape(2, 2, 3), (0.0, distance), arms, mesh, mesh_damper, play).ravel()
         falling = np.zeros(10)
         falling[[1, 4, 6, 9]] = -9.80665 * weights[[1, 4, 6, 9]]
         whole = np.diag(own_weights) + slope.T @ (weights[:, None] * slope)
@@ -155,15 +131,8 @@ def test_opposed_pistons_on_two_geared_cranks_move_as_lagranges_equations_say():
 
     def deviations(time):
         """What the run's cranks move besides their frames, in space."""
-        found = np.zeros((2, 2, 3))
-        for k, (frame, body) in enumerate(zip(frames, bodies, strict=True)):
-            q, v, _ = part(run, run.state, body.name)
-            across, turn = body.reduced.translation[:2] / body.reduced.mass, body.reduced.shapes[0, 5]
-            axes = np.diag([1.0, frame.sense]) @ rotation(SPEED * time)
-            place, rate = across @ q, across @ v
-            found[0, k] = *(axes @ place), frame.sense * (turn @ q)
-            found[1, k] = *(axes @ (rate + SPEED * np.array([-place[1], place[0]]))), frame.sense * (turn @ v)
-        return found.ravel()
+        return np.stack([in_space(run, frame, body, frame.ratio * SPEED * time, frame.ratio * SPEED)
+                         for frame, body in zip(frames, bodies, strict=True)], axis=1).ravel()  # fmt: skip
 
     step, steps = 4.0 * math.pi / SPEED / 18432, 1536
     ours = np.empty((steps + 1, 12))
@@ -177,68 +146,35 @@ def test_opposed_pistons_on_two_geared_cranks_move_as_lagranges_equations_say():
     assert (np.abs(ours[::64] - found.y.T).max(axis=0) < 1e-5 * size).all()
 
 
-def value(number, unit="mm"):
-    return f'{{ value = {number}, unit = "{unit}", origin = "chosen" }}'
-
-
 def opposed(engine, height):
-    """Tables of a second crank over that of an engine, geared to it, with rods like the engine's upside down."""
-    throw, count = 1e3 * engine.throws[0], engine.n_cylinders
-    angles = [engine.crankshaft.throw_angles[pin - 1] for pin in engine.cylinders.pins]
-    z = [1e3 * place for place in engine.cylinder_positions]
-    names = ", ".join(f'"pin[{c + 1}]"' for c in range(count))
-    x = [-throw * math.sin(angle) for angle in angles] + [0.0] * 3
-    y = [height - throw * math.cos(angle) for angle in angles] + [height] * 3
-    tables = f"""
-[[frame]]
-name = "upper"
-ratio = {value(-1, "1")}
-axis = {value([0, height])}
-[[body]]
-name = "crank2"
-frame = "upper"
-mass = {value(10 * count, "kg")}
-inertia = {value([0.4 * count, 0.4 * count, 0.05 * count], "kg m^2")}
-centre = {value([0, height, sum(z) / count])}
-interfaces = [{names}, "front", "back", "flywheel"]
-x = {value(x)}
-y = {value(y)}
-z = {value([*z, z[0] - 50, z[-1] + 50, z[-1] + 60])}
-[[connection]]
-name = "gears"
-law = "gear_mesh"
-ends = ["crank.flywheel", "crank2.flywheel"]
-stiffness = {value(2e7, "N/m")}
-damping = {value(1e4, "N s/m")}
-"""
-    for end in ("front", "back"):
-        tables += f"""
-[[connection]]
-name = "{end}"
-law = "spring"
-ends = ["crank2.{end}", "ground"]
-stiffness = {value([1e9, 1e9, 1e8], "N/m")}
-damping = {value([2e4, 2e4, 1e4], "N s/m")}
-"""
-    for c in range(1, count + 1):
-        tables += f"""
-[[connection]]
-name = "rod[{c}]"
-law = "slider_crank"
-ends = ["crank2.pin[{c}]", "block.liner[{c}]"]
-cylinder = {value(c, "1")}
-bank = {value(180, "deg")}
-"""
-    return tables
+    """An engine with a second crank over its own, geared to it, with rods like the engine's upside down."""
+    throw, count, z = engine.throws[0], engine.n_cylinders, engine.cylinder_positions
+    angles = np.array([engine.crankshaft.throw_angles[pin - 1] for pin in engine.cylinders.pins])
+    pins = tuple(f"pin[{c + 1}]" for c in range(count))
+    crank = BodyTable(
+        "crank2", "upper", 10.0 * count, (0.4 * count, 0.4 * count, 0.05 * count), (0.0, height, sum(z) / count),
+        (*pins, "front", "back", "flywheel"), (*(-throw * np.sin(angles)).tolist(), 0.0, 0.0, 0.0),
+        (*(height - throw * np.cos(angles)).tolist(), height, height, height),
+        (*z, z[0] - 0.05, z[-1] + 0.05, z[-1] + 0.06),
+    )  # fmt: skip
+    held = Spring((1e9, 1e9, 1e8), (2e4, 2e4, 1e4))
+    links = [ConnectionTable("gears", "gear_mesh", ("crank.flywheel", "crank2.flywheel"), gear_mesh=GearMesh(2e7, 1e4))]
+    links += [ConnectionTable(end, "spring", (f"crank2.{end}", "ground"), spring=held) for end in ("front", "back")]
+    links += [
+        ConnectionTable(f"rod[{c}]", "slider_crank", (f"crank2.pin[{c}]", f"block.liner[{c}]"),
+                        slider_crank=SliderCrank(cylinder=c, bank=math.pi))
+        for c in range(1, count + 1)
+    ]  # fmt: skip
+    return replace(engine, frame=(FrameTable("upper", ratio=-1.0, axis=(0.0, height)),), body=(crank,),
+                   connection=tuple(links))  # fmt: skip
 
 
-@pytest.mark.parametrize(("name", "height", "left"), [("single_petrol", 440.0, 5e-4), ("diesel_i6", 620.0, 2e-5)])
+@pytest.mark.parametrize(("name", "height", "left"), [("single_petrol", 0.44, 5e-4), ("diesel_i6", 0.62, 2e-5)])
 def test_an_engine_of_opposed_pistons_from_a_file(tmp_path, name, height, left):
     """The upper pistons do the work of the lower ones, and the gears bring it down; energy closes as without them."""
     plain = load_engine(name)
-    text = (engine_folder() / f"{name}.toml").read_text("utf-8").replace(f'name = "{name}"', 'name = "two_cranks"', 1)
     file = tmp_path / "two_cranks.toml"
-    file.write_text(text + opposed(plain, height), "utf-8")
+    file.write_text(opposed(plain, height).to_toml(), "utf-8")
     # Teeth ring at 1 kHz, so fewer samples see a wrong mean of force times speed.
     settings = ct.Settings(crank="rigid", bearings="linear", step=math.radians(1.0))
     runs = []
@@ -251,13 +187,11 @@ def test_an_engine_of_opposed_pistons_from_a_file(tmp_path, name, height, left):
     assert energy["gas_work_j"] == pytest.approx(2.0 * own["gas_work_j"], rel=5e-3)
     assert abs(energy["residual_of_gas_work"]) < left
     last = run.angle > run.angle[-1] - 4.0 * math.pi
-    power = (
-        run.outputs["connection[gears].force.tangential"][last] * 0.5e-3 * height * run.outputs["crank2.speed"][last]
-    )
-    brought = float(power.mean()) * 4.0 * math.pi / (2000.0 * math.pi / 30.0)
+    force, speed = (run.outputs[name][last] for name in ("connection[gears].force.tangential", "crank2.speed"))
+    brought = float((force * 0.5 * height * speed).mean()) * 4.0 * math.pi / (2000.0 * math.pi / 30.0)
     assert abs(brought) == pytest.approx(own["gas_work_j"], rel=0.01)
-    apart = run.outputs["connection[rod[1]].piston.position"] - run.outputs["connection[rod[1]].piston.position"].max()
-    assert np.abs(apart + run.outputs["cylinder[1].piston_position"]).max() < 2e-4
+    place = run.outputs["connection[rod[1]].piston.position"]
+    assert np.abs(place - place.max() + run.outputs["cylinder[1].piston_position"]).max() < 2e-4
 
 
 def test_a_rod_without_a_crank_or_without_masses_is_told():
@@ -270,11 +204,10 @@ def test_a_rod_without_a_crank_or_without_masses_is_told():
         Simulation(engine, made.body, made.settings, None, made.parts._replace(topology=topology)).initialize()
 
     pin = ct.End("crank", "pin[1]")
-    with one_line("connection 'r'", "length", "cylinder"):
-        refused(pin, GROUND)
-    with one_line("connection 'r'", "length", "throw"):
-        refused(pin, GROUND, cylinder=1, length=0.02)
-    with one_line("connection 'r'", "cylinder", "1 to 1"):
-        refused(pin, GROUND, cylinder=2)
-    with one_line("connection 'r'", "pin", "turns"):
-        refused(GROUND, pin, cylinder=1)
+    for words, places, data in (
+        (("length", "cylinder"), (pin, GROUND), {}),
+        (("length", "throw"), (pin, GROUND), {"cylinder": 1, "length": 0.02}),
+        (("cylinder", "1 to 1"), (pin, GROUND), {"cylinder": 2}), (("pin", "turns"), (GROUND, pin), {"cylinder": 1}),
+    ):  # fmt: skip
+        with one_line("connection 'r'", *words):
+            refused(*places, **data)

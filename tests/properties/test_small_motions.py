@@ -43,10 +43,7 @@ def overhung(ratio, held="ground"):
 
 
 def whirl(spin, lost=LOST):
-    """Exponents (4,) in space of z = x + iy of the disc's centre and of its tilt ψ, at ``spin`` (rad/s).
-
-    The bearing is at distance −REACH from the centre, where the motion is z − REACH ψ with ψ = θ_y − iθ_x.
-    """
+    """Exponents (4,) in space of a disc and its tilt at ``spin`` (rad/s), its bearing at −REACH from its centre."""
     row = np.array([1.0, -REACH])
     stiffness = SIDE * np.outer(row, row) + np.diag([0.0, TILT])
     damping = lost * np.outer(row, row) + np.diag([0.0, -1j * spin * POLAR])
@@ -84,10 +81,7 @@ def formula(engine):
 
 
 def balanced(engine, main, z, inertia, torque=60.0):
-    """An engine with an unbalanced shaft geared to a main bearing's journal at −2, loaded so that its teeth never part.
-
-    Its bearings are springs, the same in all directions.
-    """
+    """An engine on springs with an unbalanced shaft geared to a main at −2, loaded so that its teeth never part."""
     axis = (-0.04, -0.1)
     shaft = BodyTable(
         name="shaft", frame="back", mass=1.6, inertia=(inertia,) * 3, centre=(axis[0], axis[1] - 2.5e-3, z),
@@ -107,11 +101,10 @@ def with_secondary(engine):
     """An engine with a second flywheel on springs of a coupling."""
     places = {"interfaces": ("hub",), "x": (0.0,), "y": (0.0,), "z": (1.0,)}
     disc = BodyTable(name="disc", frame="crank", mass=5.0, inertia=(0.1, 0.1, 0.15), centre=(0.0, 0.0, 1.0), **places)
+    guide = Spring((1e8, 1e8, 1e8), (1e3,) * 3, (1e5, 1e5, 0.0))
     links = (
         ConnectionTable("springs", "coupling", ("disc.hub", "crank.flywheel"), coupling=Coupling(8e4, 15.0)),
-        ConnectionTable(
-            "guide", "spring", ("disc.hub", "ground"), spring=Spring((1e8, 1e8, 1e8), (1e3,) * 3, (1e5, 1e5, 0.0))
-        ),
+        ConnectionTable("guide", "spring", ("disc.hub", "ground"), spring=guide),
     )
     return replace(formula(engine), body=(disc,), connection=links)
 

@@ -99,10 +99,10 @@ def test_webs_that_show_a_short_arc_about_the_main_axis_have_its_radius(tmp_path
 def test_cranks_drawn_otherwise_are_found(tmp_path, other):
     angles = other.get("angles", FOUR["angles"])
     found = found_in(step(tmp_path / "c.step", other=other, turn=(0.3, 1.0, 0.2, 50.0)))
-    assert [one.cylinder.radius for one in found.mains] == pytest.approx((len(angles) + 1) * [30.0], abs=0.01)
-    assert [one.cylinder.radius for one in found.pins] == pytest.approx(len(angles) * [25.0], abs=0.01)
-    assert [one.width for one in found.mains] == pytest.approx((len(angles) + 1) * [28.0], abs=0.01)
-    assert [one.width for one in found.pins] == pytest.approx(len(angles) * [26.0], abs=0.01)
+    for journals, radius, width in ((found.mains, 30.0, 28.0), (found.pins, 25.0, 26.0)):
+        assert len(journals) == len(angles) + (journals is found.mains)
+        for one in journals:
+            assert (one.cylinder.radius, one.width) == pytest.approx((radius, width), abs=0.01)
     places = np.array([one.cylinder.axis for one in found.pins]) @ [1.0, 1j]
     wanted = 40.0 * np.exp(1j * np.radians(np.array(angles) + 90.0))
     assert places == pytest.approx(wanted, abs=0.01)
@@ -162,14 +162,12 @@ def test_what_is_no_whole_crank_is_told(tmp_path, how, says):
 
 @pytest.mark.parametrize(
     ("change", "says"),
-    [
-        (lambda text: text[: len(text) // 2], "cut short: a STEP file ends with END-ISO-10303-21"),
-        (lambda text: "", "no STEP file: it is empty"),
-        (lambda text: "solid cube\n" * 9, "no STEP file: it does not begin with ISO-10303-21"),
-        (lambda text: text[: len(text) // 2] + "\nENDSEC;\nEND-ISO-10303-21;\n", "odd.step: "),
-        (lambda text: text.replace("CLOSED_SHELL('',(#17,", "CLOSED_SHELL('',("), r"open|no solid|cannot read"),
-    ],
-)
+    [(lambda text: text[: len(text) // 2], "cut short: a STEP file ends with END-ISO-10303-21"),
+     (lambda text: "", "no STEP file: it is empty"),
+     (lambda text: "solid cube\n" * 9, "no STEP file: it does not begin with ISO-10303-21"),
+     (lambda text: text[: len(text) // 2] + "\nENDSEC;\nEND-ISO-10303-21;\n", "odd.step: "),
+     (lambda text: text.replace("CLOSED_SHELL('',(#17,", "CLOSED_SHELL('',("), r"open|no solid|cannot read")],
+)  # fmt: skip
 def test_broken_files_are_told(tmp_path, change, says):
     path = step(tmp_path / "odd.step", other={"angles": (0,)})
     path.write_text(change(path.read_text()))

@@ -7,9 +7,11 @@ import entry
 import numpy as np
 import pytest
 from bodies import free_six, rigid_crank, six
+from one_line import one_line
 from plain_model import PlainModel
+from started import at_speed
 
-from cranktrain.core.errors import InputError, SolverError
+from cranktrain.core.errors import SolverError
 from cranktrain.dynamics.model import state as layout
 from cranktrain.dynamics.simulation import Settings, Simulation, simulate
 from cranktrain.film.laws.parameters import FACTOR
@@ -29,12 +31,6 @@ def run(simulation, steps):
     return simulation
 
 
-def one_line(error):
-    text = str(error.value)
-    assert text and "\n" not in text
-    return text
-
-
 @pytest.mark.parametrize(
     ("index", "value", "word"),
     [(0, math.nan, "speed"), (0, -1.0, "speed"), (0, math.inf, "speed")]
@@ -45,9 +41,8 @@ def test_inputs_that_are_no_numbers_or_negative_are_refused(index, value, word):
     simulation = run(started(), 5)
     before, good = simulation.state, simulation.inputs[index]
     simulation.inputs[index] = value
-    with pytest.raises(InputError) as error:
+    with one_line(word):
         simulation.step(simulation.time + H)
-    assert word in one_line(error)
     assert np.array_equal(simulation.state, before)
     simulation.inputs[index] = good
     run(simulation, 1)
@@ -57,46 +52,33 @@ def test_inputs_that_are_no_numbers_or_negative_are_refused(index, value, word):
 def test_steps_without_meaning_are_refused(interval):
     simulation = run(started(), 5)
     before = simulation.state
-    with pytest.raises(InputError) as error:
+    with one_line("step"):
         simulation.step(simulation.time + interval)
-    assert "step" in one_line(error)
     assert np.array_equal(simulation.state, before)
 
 
 def test_before_the_start_there_is_no_state():
     engine = free_six()
-    with pytest.raises(InputError) as error:
+    with one_line("initialize"):
         Simulation(engine, rigid_crank(engine)).step(1e-3)
-    assert "initialize" in one_line(error)
 
 
 @pytest.mark.parametrize(
     ("key", "value", "meant"),
-    [
-        ("integrator", "sdirk5", "sdirk"),
-        ("integrator", "generalized-alpha", "generalised-alpha"),
-        ("integrator", "generalised-alpha:x", "rho must be a number, e.g. generalised-alpha:0.6"),
-        ("integrator", "generalised-alpha:1.5", "rho"),
-        ("bearings", "impedence", "impedance"),
-        ("crank", "ridgid", "rigid"),
-        ("gas_source", "bultin", "builtin"),
-        ("reconstruction", "interpolat", "interpolate"),
-        ("step", -0.1, "positive"),
-        ("step", math.nan, "positive"),
-    ],
-)
+    [("step", -0.1, "positive"), ("step", math.nan, "positive"),
+     ("integrator", "generalized-alpha", "generalised-alpha"),
+     ("integrator", "generalised-alpha:x", "rho must be a number, e.g. generalised-alpha:0.6")],
+)  # fmt: skip
 def test_choices_that_do_not_exist_name_the_nearest(key, value, meant):
-    with pytest.raises(InputError) as error:
+    with one_line(meant):
         started(**{key: value})
-    assert meant in one_line(error)
 
 
 @pytest.mark.parametrize("speed", [0.0, 19 * math.pi / 30, math.nan])
 def test_a_run_over_cycles_wants_a_speed(speed):
     engine = free_six()
-    with pytest.raises(InputError) as error:
+    with one_line("20 rev/min"):
         simulate(engine, rigid_crank(engine), Settings(crank="rigid"), speed, 1)
-    assert "20 rev/min" in one_line(error)
 
 
 @pytest.mark.parametrize("bearings", ["linear", "impedance"])
@@ -121,44 +103,23 @@ def test_a_restored_state_goes_on_bit_for_bit(integrator, bearings):
 
 def test_a_state_of_another_model_is_refused():
     simulation = started()
-    with pytest.raises(InputError) as error:
+    with one_line(str(simulation.state.size)):
         simulation.state = np.zeros(simulation.state.size + 1)
-    assert str(simulation.state.size) in one_line(error)
-
-
-@pytest.mark.parametrize("pressure", [1e9, 1e12])
-def test_an_absurd_pressure_is_survived_or_fails_with_one_line(pressure):
-    simulation = run(started(gas_source="input"), 5)
-    before = simulation.state
-    simulation.pressures[:] = pressure
-    try:
-        simulation.step(simulation.time + H)
-    except SolverError as error:
-        text = str(error)
-        assert "\n" not in text and "main[" in text and "deg" in text
-        assert np.array_equal(simulation.state, before)
-        simulation.pressures[:] = entry.AMBIENT
-        run(simulation, 1)
-    assert np.isfinite(simulation.state).all()
-    assert np.isfinite(simulation.outputs).all()
 
 
 def test_a_lost_film_is_named_and_leaves_the_last_good_state():
     simulation = run(started(), 3)
     before = simulation.state
     entry.film_parameters(simulation, 2)[FACTOR] = math.nan
-    with pytest.raises(SolverError) as error:
+    with one_line("crank angle", "deg", "after 6 halvings", kind=SolverError):
         simulation.step(simulation.time + H)
-    assert "after 6 halvings" in one_line(error)
     assert np.array_equal(simulation.state, before)
 
 
 @pytest.mark.parametrize("bearings", ["linear", "impedance"])
 def test_a_run_starts_with_accelerations_that_obey_the_equations(bearings):
     engine, body = six()
-    simulation = Simulation(engine, body, Settings(bearings=bearings))
-    simulation.inputs[0] = SPEED
-    simulation.initialize()
+    simulation = at_speed(SPEED, engine, body, Settings(bearings=bearings))
     plain, state = PlainModel(engine, body, simulation.settings, SPEED), simulation.state
     q, v, a = entry.motion(simulation, state)
     y = np.concatenate([q, v, state[[layout.LEAD_ANGLE, layout.LEAD_SPEED]]])

@@ -1,7 +1,6 @@
 """Damping ratio of an engine file: that of the crank's modes with flywheel, pulley and the mean rods on its pins.
 
-The half-power width of a resonance of a linear system with the damping ratio ζ is 2ζ of its frequency; free
-oscillations fall as exp(−ζωt). A rod puts its big end and half its oscillating mass on its pin.
+Free oscillations fall as exp(−ζωt). A rod puts its big end and half its oscillating mass on its pin.
 """
 
 import math
@@ -11,14 +10,14 @@ import entry
 import numpy as np
 import pytest
 from scipy.linalg import eigh
+from started import at_speed
 
 from cranktrain.dynamics.model.arrays import build_model, structural_damping
 from cranktrain.dynamics.model.settings import Settings
-from cranktrain.dynamics.simulation import Parts, Simulation
+from cranktrain.dynamics.simulation import Parts
 from cranktrain.engine.file import load_engine
 from cranktrain.loads.gas_pressure import GasTrace
 from cranktrain.structure.crank.level import crank_body
-from cranktrain.studies.torsion.shaft_orders import ShaftOrders
 
 ZETA = 0.02
 SETTINGS = Settings(crank="torsional", bearings="held")
@@ -34,69 +33,40 @@ def engine_of(name, **damping):
     return replace(engine, damping=own, reduction=reduction, drive_line=line, drive_line_chain=None, damper=None)
 
 
-def mean_rods(engine, body):
-    """Mass of the rods (n, n) in the modes of a crank that twists: at each pin m r² of its rotation."""
+def mean_rods(engine, body, bends=False):
+    """Mass of the rods (n, n) in the modes of a crank that twists, at each pin m r² of its rotation, or that bends."""
     mass = np.zeros((body.n_modes, body.n_modes))
     for k, pin in enumerate(engine.cylinders.pins):
-        turn, rod = body.shapes[body.index(f"pin[{pin}]"), 5], engine.rods[k]
+        shape, rod, beside = body.shapes[body.index(f"pin[{pin}]")], engine.rods[k], engine.rod_offsets[k]
         share = rod.big_end_mass + 0.5 * (rod.small_end_mass + engine.cylinders.piston_mass)
-        mass += share * engine.throws[k] ** 2 * np.outer(turn, turn)
-    return mass[5:, 5:]
+        moved = (
+            (shape[0] + beside * shape[4], shape[1] - beside * shape[3]) if bends else (engine.throws[k] * shape[5],)
+        )
+        mass += sum(share * np.outer(across, across) for across in moved)
+    return mass
 
 
 def modes_of(engine, body):
-    """Frequencies (n − 5,) rad/s and shapes of the crank with its mean rods, free to turn: that is the first mode."""
-    squares, shapes = eigh(np.diag(body.omega[5:] ** 2), np.eye(body.n_modes - 5) + mean_rods(engine, body))
+    """Frequencies (n − 5,) rad/s and shapes of the crank with its mean rods: first it turns, then it twists."""
+    mass = np.eye(body.n_modes) + mean_rods(engine, body)
+    squares, shapes = eigh(np.diag(body.omega[5:] ** 2), mass[5:, 5:])
     return np.sqrt(np.maximum(squares, 0.0)), shapes
-
-
-def first_torsional(engine, body):
-    """Frequency (rad/s) and shape (n − 5,) of the first torsional mode."""
-    omega, shapes = modes_of(engine, body)
-    return float(omega[1]), shapes[:, 1]
-
-
-@pytest.mark.parametrize("name", ENGINES)
-def test_half_power_width_of_the_first_torsional_resonance_has_the_stated_ratio(name):
-    engine = engine_of(name)
-    body = crank_body(engine, "torsional")
-    pressure = np.full(720, 1e5)
-    structure = ShaftOrders(engine, body, SETTINGS, GasTrace(pressure, pressure, 0.0, 200.0, 0.0, "constant"), 12.0)
-    structure._by_turn = structure._by_lead = (np.zeros(structure.pins), np.zeros(structure.pins))
-    omega, shapes = modes_of(engine, body)
-    order, pins = 12.0, structure.pins
-    speeds = np.linspace(0.9, 1.1, 801) * omega[1] / order
-    # Torques on the pins that excite the first torsional mode, and as many others as there are pins not at all: these
-    # would change the width.
-    turns = np.array([body.shapes[body.index(f"pin[{pin + 1}]"), 5, 5:] @ shapes for pin in range(pins)])
-    first = [1, 0, *range(2, pins)][:pins]
-    load = np.linalg.solve(turns[:, first].T, np.eye(pins)[0])
-    moved = np.abs(structure.transfer(speeds, np.array([round(2.0 * order)]))[:, 0, :pins, :pins] @ load @ load)
-    top = int(moved.argmax())
-    low, high = (np.interp(moved[top] / math.sqrt(2.0), *side) for side in (
-        (moved[: top + 1], speeds[: top + 1]), (moved[top:][::-1], speeds[top:][::-1]),
-    ))  # fmt: skip
-    assert (high - low) / (high + low) == pytest.approx(ZETA, rel=0.01)
 
 
 @pytest.mark.parametrize("name", ["four_petrol", "diesel_i6", "diesel_v8"])
 def test_free_oscillations_of_the_running_crank_fall_with_the_stated_ratio(name):
-    """Two runs without gas, one kicked in the first torsional mode; rods have their mass at every crank angle.
-
-    Energies a revolution apart are compared, because the mass of the rods at the pins changes with the angle.
-    """
+    """Two runs without gas, one kicked in its first torsional mode; rods have their mass at every crank angle."""
     engine = engine_of(name)
     body = crank_body(engine, "torsional")
-    omega, shape = first_torsional(engine, body)
+    (_, omega, *_), shapes = modes_of(engine, body)
+    shape = shapes[:, 1]
     pressure = np.zeros(720)
     settings = replace(SETTINGS, integrator="esdirk4", step=math.radians(0.5))
     speed, revolution, more = 150.0, 720, 240
     h = 2.0 * math.pi / speed / revolution
-    seen, motions = (np.eye(body.n_modes - 5) + mean_rods(engine, body)) @ shape, []
+    seen, motions = (np.eye(body.n_modes) + mean_rods(engine, body))[5:, 5:] @ shape, []
     for kick in (0.0, 1e-4):
-        run = Simulation(engine, body, settings, GasTrace(pressure, pressure, 0.0, 200.0, 0.0, "none"))
-        run.inputs[0] = speed
-        run.initialize()
+        run = at_speed(speed, engine, body, settings, GasTrace(pressure, pressure, 0.0, 200.0, 0.0, "none"))
         state = run.state.copy()
         own = slice(5, 5 + shape.size)
         entry.motion(run, state)[1, own] += kick * omega * shape
@@ -118,23 +88,17 @@ def test_rayleigh_damping_is_that_of_the_masses_with_rods(name):
     alpha, beta = 20.0, 1e-5
     engine = engine_of(name, kind="rayleigh", alpha=alpha, beta=beta)
     body = crank_body(engine, "torsional")
-    omega, shape = first_torsional(engine, body)
-    found = shape**2 @ structural_damping(engine, body)[5:] / (2.0 * omega)
+    (_, omega, *_), shapes = modes_of(engine, body)
+    found = shapes[:, 1] ** 2 @ structural_damping(engine, body)[5:] / (2.0 * omega)
     assert found == pytest.approx(0.5 * (alpha / omega + beta * omega), rel=0.01)
 
 
-@pytest.mark.parametrize("name", ["four_petrol", "diesel_i6", "diesel_v8"])
+@pytest.mark.parametrize("name", ENGINES)
 def test_torsion_of_a_crank_that_bends_has_the_stated_ratio(name):
     """The free crank of beams with the mean rods' mass across: its first torsional mode, and ten modes within 3 %."""
     engine = engine_of(name)
     body = crank_body(engine, "beam")
-    rods = np.zeros((body.n_modes, body.n_modes))
-    for k, pin in enumerate(engine.cylinders.pins):
-        shape, rod = body.shapes[body.index(f"pin[{pin}]")], engine.rods[k]
-        share = rod.big_end_mass + 0.5 * (rod.small_end_mass + engine.cylinders.piston_mass)
-        for across in (shape[0] + engine.rod_offsets[k] * shape[4], shape[1] - engine.rod_offsets[k] * shape[3]):
-            rods += share * np.outer(across, across)
-    squares, shapes = eigh(np.diag(body.omega**2), np.eye(body.n_modes) + rods)
+    squares, shapes = eigh(np.diag(body.omega**2), np.eye(body.n_modes) + mean_rods(engine, body, bends=True))
     omega, shapes = np.sqrt(squares[6:]), shapes[:, 6:]
     ratios = structural_damping(engine, body) @ shapes**2 / (2.0 * omega)
     twist = np.abs((body.shapes[body.index("pulley"), 5] - body.shapes[body.index("flywheel"), 5]) @ shapes) / omega
@@ -148,10 +112,9 @@ def test_heavier_pistons_chosen_for_a_run_keep_the_ratio():
     heavier = replace(engine, cylinders=replace(engine.cylinders, piston_mass=1.5 * engine.cylinders.piston_mass))
     gas = GasTrace.from_engine(engine)
     data = {"cylinders.piston_mass": heavier.cylinders.piston_mass}
-    body = crank_body(engine, "torsional")
-    found, own, wanted = (
-        entry.own_damping(build_model(one, body, SETTINGS, 200.0, gas, Parts(data=values)))
-        for one, values in ((engine, data), (engine, None), (heavier, None))
-    )
+    given = crank_body(engine, "torsional"), SETTINGS, 200.0, gas
+    models = (build_model(one, *given, Parts(data=values))
+              for one, values in ((engine, data), (engine, None), (heavier, None)))  # fmt: skip
+    found, own, wanted = map(entry.own_damping, models)
     assert found == pytest.approx(wanted, rel=1e-12)
     assert found[6] > 1.01 * own[6]

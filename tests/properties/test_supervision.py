@@ -66,23 +66,6 @@ def hang():
     time.sleep(1000.0)
 
 
-def real_time_signal():
-    os.kill(os.getpid(), 40)
-
-
-def leave_a_child_and_crash():
-    """The child has the pipes of its parent, and keeps them open."""
-    if os.fork() == 0:
-        time.sleep(30.0)
-        os._exit(0)
-    crash()
-
-
-def close_everything():
-    os.closerange(3, 64)
-    hang()
-
-
 def remove_the_record():
     (Path(tempfile.gettempdir()) / "points").unlink(missing_ok=True)
 
@@ -140,14 +123,13 @@ def test_a_run_elsewhere_is_the_run_here():
 
 @pytest.mark.parametrize(
     ("odd", "call", "said"),
-    [
-        (crash, "step", r"second, step at 0.5 s: died with SIGSEGV"),
-        (leave, "step", r"second, step at 0.5 s: ended its process with code 3"),
-        (hang, "step", r"second, step at 0.5 s: did not return within 2 s"),
-        (hang, "initialize", r"second, initialization at 0 s: did not return within 2 s"),
-    ],
-)
+    [(crash, "step", "second, step at 0.5 s: died with SIGSEGV"),
+     (leave, "step", "second, step at 0.5 s: ended its process with code 3"),
+     (hang, "step", "second, step at 0.5 s: did not return within 2 s"),
+     (hang, "initialize", "second, initialization at 0 s: did not return within 2 s")],
+)  # fmt: skip
 def test_a_unit_that_dies_or_hangs_is_named_and_the_run_is_kept(odd, call, said):
+    """More ends of units: ``tests/fmu/test_foreign_units.py``."""
     with pytest.raises(UnitError, match=said) as caught:
         run_supervised(partial(system, odd, call), STOP, Steps(STEP), Limits(2.0, 2.0))
     if call == "step":
@@ -156,21 +138,6 @@ def test_a_unit_that_dies_or_hangs_is_named_and_the_run_is_kept(odd, call, said)
         assert len(found.residuals["spring"]) == found.steps == 5 and "second" in found.ended
     else:
         assert not hasattr(caught.value, "found")
-
-
-@pytest.mark.skipif(os.name == "nt", reason="signals of POSIX")
-@pytest.mark.parametrize(
-    ("odd", "said"),
-    [
-        (real_time_signal, "second, step at 0.5 s: died with signal 40"),
-        (leave_a_child_and_crash, "second, step at 0.5 s: died with SIGSEGV"),
-        (close_everything, "second, step at 0.5 s: cut the connection to its process"),
-    ],
-)
-def test_an_odd_end_is_noticed_long_before_the_limit_of_a_call(odd, said):
-    with pytest.raises(UnitError, match=said) as caught:
-        run_supervised(partial(system, odd), STOP, Steps(STEP), Limits(20.0, 20.0))
-    assert caught.value.found.steps == 5
 
 
 def test_notes_that_a_unit_writes_over_cost_no_fault_of_the_program():
@@ -201,11 +168,9 @@ def test_nothing_is_left_of_a_process_that_died(tmp_path, monkeypatch):
     assert not list(tmp_path.iterdir())
 
 
-ENDS = "second, its end at 1 s: died with SIGSEGV; the run itself is complete"
-
-
 def test_a_unit_that_cannot_end_is_told_beside_its_complete_run():
-    with pytest.raises(EndingError, match=ENDS) as caught:
+    says = "second, its end at 1 s: died with SIGSEGV; the run itself is complete"
+    with pytest.raises(EndingError, match=says) as caught:
         run_supervised(partial(system, crash, "close"), STOP, Steps(STEP))
     assert caught.value.found.steps == 10 and caught.value.found.ended == ""
 

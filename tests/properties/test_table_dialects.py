@@ -44,25 +44,27 @@ def test_pressures_are_alike_to_the_last_digit(dialect, tmp_path):
     assert points.units == ["bar"]
 
 
+def both(folder, dialect, end, columns, rows):
+    """Files of one table, plainly written and in a dialect, whose name ends otherwise."""
+    plain, path = folder / "plain.csv", folder / f"own.{end}"
+    lines = [
+        [column.names[0] for column in columns],
+        *(["" if one is None else str(one) for one in row] for row in rows),
+    ]
+    plain.write_text("\n".join(map(",".join, lines)))
+    path.write_bytes(dialect.written(columns, rows))
+    return plain, path
+
+
 @pytest.mark.parametrize("dialect", DIALECTS, ids=IDS)
 def test_orders_are_alike_to_the_last_digit(dialect, tmp_path):
     rng = random.Random(5)
     rows = [(1600.0 + 100.0 * k, 0.5 * (k % 5 + 1), rng.uniform(0.0, 0.3), "deg") for k in range(20)]
-    columns = (
-        Column(("speed_rpm", "Drehzahl")), Column(("order", "Ordnung")), Column(("amplitude", "Amplitude")),
-        Column(("unit", "Einheit")),
-    )  # fmt: skip
-    plain, path = tmp_path / "plain.csv", tmp_path / "orders.Txt"
-    lines = [",".join(map(str, row)) for row in rows]
-    plain.write_text("speed_rpm,order,amplitude,unit\n" + "\n".join(lines))
-    path.write_bytes(dialect.written(columns, rows))
-    expected, found = read_measured_orders(plain), read_measured_orders(path)
-    assert expected.keys() == found.keys()
-    for output, orders in expected.items():
-        assert orders.keys() == found[output].keys()
-        for order, pair in orders.items():
-            for one, other in zip(pair, found[output][order], strict=True):
-                assert one.tolist() == other.tolist()
+    names = ("speed_rpm", "Drehzahl"), ("order", "Ordnung"), ("amplitude", "Amplitude"), ("unit", "Einheit")
+    files = both(tmp_path, dialect, "Txt", tuple(map(Column, names)), rows)
+    expected, found = ({output: {order: [one.tolist() for one in pair] for order, pair in orders.items()}
+                        for output, orders in read_measured_orders(path).items()} for path in files)  # fmt: skip
+    assert expected == found
 
 
 @pytest.mark.parametrize("dialect", DIALECTS, ids=IDS)
@@ -75,11 +77,7 @@ def test_drive_lines_are_alike_to_the_last_digit(dialect, tmp_path):
         Column(("loss_factor", "Verlustfaktor")),
     )  # fmt: skip
     rows = [(f"m{k}", rng.uniform(1e-3, 2.0), 0.0, None, rng.uniform(1e4, 1e6), rng.uniform(0, 0.1)) for k in range(6)]
-    rows += [("m6", 0.25, 0.0, "m1", 2e5, None)]
-    path, plain = tmp_path / "line.TSV", tmp_path / "plain.csv"
-    lines = [",".join("" if cell is None else str(cell) for cell in row) for row in rows]
-    plain.write_text("disc,inertia,damping,to,stiffness,loss_factor\n" + "\n".join(lines))
-    path.write_bytes(dialect.written(columns, rows))
+    plain, path = both(tmp_path, dialect, "TSV", columns, [*rows, ("m6", 0.25, 0.0, "m1", 2e5, None)])
     assert read_chain(path) == read_chain(plain)
 
 
@@ -184,13 +182,9 @@ def test_tables_of_words_end_at_a_stated_size(tmp_path, monkeypatch):
 
 @pytest.mark.slow
 def test_memory_does_not_grow_with_the_file():
-    """A trace of 400 MB takes no more memory than one of 80 MB in each reader that it can reach.
-
-    ``python -m benchmarks.large_tables`` does the same with 1 GB.
-    """
+    """A trace of 400 MB takes no more memory than one of 80 MB in each reader that it can reach."""
     command = [sys.executable, "-m", "benchmarks.large_tables", "--megabytes", "80", "400"]
-    ran = subprocess.run(command, cwd=ROOT, stdout=subprocess.PIPE, text=True, check=True)
-    told = json.loads(ran.stdout)
+    told = json.loads(subprocess.check_output(command, cwd=ROOT, text=True))
     runs, true = told["runs"], told["true_peak_bar"]
     peaks = {(run["command"], run["megabytes"]): run["peak_memory_mb"] for run in runs}
     for name in some({run["command"] for run in runs}):

@@ -9,14 +9,14 @@ import entry
 import numpy as np
 import pytest
 from bodies import free_six, rigid_crank
+from one_line import one_line
 from some import some
 
-from cranktrain.core.errors import InputError
 from cranktrain.dynamics.model.settings import Settings
 from cranktrain.dynamics.simulation import Parts, simulate
 from cranktrain.film.elastic.workspace import lane_work
 from cranktrain.film.journal.grid import NODE_GRADING
-from cranktrain.film.laws.ehd import IN_LOOP, KEPT, SHAPES
+from cranktrain.film.laws.ehd import IN_LOOP, SHAPES
 from cranktrain.film.table.database import bearing_settings
 from cranktrain.store.film_tables import film_table
 from cranktrain.structure.block.saddle import bore_compliance
@@ -25,12 +25,9 @@ SPEED = 2000 * math.pi / 30
 ENGINE = free_six()
 BODY = rigid_crank(ENGINE)
 CHOICES = [
-    {"bearings": "reynolds"},
-    {"big_ends": "impedance"},
-    {"bearings": "reynolds", "big_ends": "impedance"},
-    {"bearings": "ehd", "newton_tolerance": 1e-4},
-    {"big_ends": "table"},
-]
+    {"bearings": "reynolds"}, {"big_ends": "impedance"}, {"bearings": "reynolds", "big_ends": "impedance"},
+    {"bearings": "ehd", "newton_tolerance": 1e-4}, {"big_ends": "table"},
+]  # fmt: skip
 
 
 @cache
@@ -76,12 +73,9 @@ def test_blocks_are_the_derivatives_of_the_forces(choices):
 
 def test_big_ends_of_the_table_float_as_those_of_the_impedance_map():
     """The map is of the parabolic film, 0.7 to 1.6 % off the two-dimensional one; loads are what rods make them."""
-    runs = [
-        simulate(
-            ENGINE, BODY, Settings(crank="rigid", big_ends=level), SPEED, 2, parts=Parts(big_end_table=pin_films())
-        ).outputs
-        for level in ("impedance", "table")
-    ]
+    parts, runs = Parts(big_end_table=pin_films()), []
+    for level in ("impedance", "table"):
+        runs.append(simulate(ENGINE, BODY, Settings(crank="rigid", big_ends=level), SPEED, 2, parts=parts).outputs)
     for name, share in (("force.x", 1e-3), ("force.y", 1e-3), ("position.x", 0.02), ("position.y", 0.02)):
         mapped, tabled = (run[f"big_end[3].{name}"][-288:] for run in runs)
         assert np.sqrt(np.mean((mapped - tabled) ** 2)) < share * np.ptp(mapped), name
@@ -90,11 +84,7 @@ def test_big_ends_of_the_table_float_as_those_of_the_impedance_map():
 
 
 def test_free_big_ends_carry_what_rods_need():
-    """Upward forces of all mains have the same mean whatever carries the rods; each load stays what rods make it.
-
-    Sideways the means differ by what holds the films' friction on the rods. Pressures go by the flywheel: by the angle
-    of what each rod turns about they would shift with the big end in its clearance.
-    """
+    """Upward forces of all mains have the same mean whatever carries the rods; each load stays what rods make it."""
     rigid, free = (
         simulate(ENGINE, BODY, Settings(crank="rigid", big_ends=level, encoder="flywheel"), SPEED, 4)
         for level in ("rigid", "impedance")
@@ -109,42 +99,10 @@ def test_free_big_ends_carry_what_rods_need():
     assert np.sqrt(np.mean((upward(free) - upward(rigid)) ** 2)) < 1e-3 * peak
 
 
-def kept_films(simulation):
-    """Of each elastic film in the state: unknowns (b, N), shapes and their rates (b, k), kept results (b, KEPT).
-
-    What the nodes gain, (b, N), stands behind them.
-    """
+def widest(simulation):
+    """Largest shape of the elastic bores in the state, m."""
     films = np.array([entry.memory(simulation, f"main[{i + 1}]") for i in range(7)])
-    return np.split(films, np.cumsum([IN_LOOP.size, SHAPES, SHAPES, KEPT]), axis=1)[:4]
-
-
-def test_elastic_films_live_in_the_state():
-    """A restored state goes on bit by bit, also in another simulation, whose films remember other things."""
-    first, second = started(bearings="ehd"), started(bearings="ehd")
-    h = math.radians(2.5) / SPEED
-    for k in range(8):
-        first.step((k + 1) * h)
-    second.step(0.3 * h)
-    second.state = first.state
-    assert second.outputs.tolist() == first.outputs.tolist()
-    for k in range(8, 14):
-        first.step((k + 1) * h)
-        second.step((k + 1) * h)
-    assert second.state.tolist() == first.state.tolist()
-
-
-def test_fills_stay_between_empty_and_full_and_bores_widen_under_pressure():
-    simulation = started(bearings="ehd")
-    h = math.radians(2.5) / SPEED
-    moved = np.zeros((7, SHAPES))
-    for k in range(72):
-        simulation.step((k + 1) * h)
-        unknowns, shapes, _, kept = kept_films(simulation)
-        assert unknowns.min() >= -1.0
-        assert kept.shape == (7, KEPT)
-        moved = np.maximum(moved, np.abs(shapes))
-    # The loads of a firing cylinder, some 50 kN, on a bore of about 1 N/nm.
-    assert 1e-6 < moved.max() < 1e-4
+    return np.abs(films[:, IN_LOOP.size : IN_LOOP.size + SHAPES]).max()
 
 
 def test_a_stiffer_bore_moves_less_in_proportion():
@@ -154,25 +112,20 @@ def test_a_stiffer_bore_moves_less_in_proportion():
         elastic = replace(bore(), compliance=softness * bore().compliance)
         simulation = bodies.started(SPEED, ENGINE, Parts(bore=elastic), bearings="ehd")
         simulation.step(math.radians(2.5) / SPEED)
-        runs.append((simulation.outputs.copy(), np.abs(kept_films(simulation)[1]).max()))
+        runs.append((simulation.outputs.copy(), widest(simulation)))
     names = simulation.output_names
     forces = [names.index(f"bearing[{i + 1}].force.y") for i in range(7)]
     scale = np.abs(runs[2][0][forces]).max()
-    assert runs[1][1] < 1e-5 * runs[0][1]
+    assert runs[1][1] < 1e-5 * runs[0][1] and 1e-7 < runs[0][1] < 1e-4
     assert np.abs(runs[1][0][forces] - runs[2][0][forces]).max() < 1e-5 * scale
     assert np.abs(runs[0][0][forces] - runs[2][0][forces]).max() > 1e-4 * scale
 
 
 @pytest.mark.parametrize(
     ("choices", "says"),
-    [
-        ({"bearings": "ehd"}, "compliance"),
-        ({"bearings": "table"}, "film-table"),
-        ({"big_ends": "table"}, "big-end level 'table' needs"),
-        ({"bearings": "reynold"}, "did you mean 'reynolds'"),
-        ({"big_ends": "impedance", "engine": replace(ENGINE, big_end_bearing=None)}, "big_end_bearing"),
-    ],
-)
+    [({"bearings": "ehd"}, "compliance"), ({"bearings": "table"}, "film-table"),
+     ({"big_ends": "table"}, "big-end level 'table' needs")],
+)  # fmt: skip
 def test_levels_without_what_they_need_are_refused(choices, says):
-    with pytest.raises(InputError, match=says):
+    with one_line(says):
         bodies.started(SPEED, **choices)

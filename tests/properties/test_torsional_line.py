@@ -1,12 +1,7 @@
-"""Drive line of discs and shafts behind the flywheel: closed forms, gears, equal runs, free dynamometer, refusals.
+"""Drive line of discs and shafts behind the flywheel: closed forms, gears, equal runs, free dynamometer."""
 
-Source of the six-disc system: Malychevitch (1939), tests/data/torsion.json.
-"""
-
-import json
 import math
 from dataclasses import replace
-from pathlib import Path
 
 import entry
 import numpy as np
@@ -14,15 +9,14 @@ import pytest
 from bodies import rigid_crank
 from refusals import text_of
 from scipy.linalg import eigh
+from test_line_modes import behind as with_line
 
 from cranktrain.dynamics.model.arrays import build_model
 from cranktrain.dynamics.model.settings import Settings
 from cranktrain.dynamics.simulation import simulate
-from cranktrain.engine.checks.engine import check_engine
 from cranktrain.engine.drive_line_chain import DriveLineChain, read_drive_line
-from cranktrain.engine.file import engine_folder, load_engine
+from cranktrain.engine.file import load_engine
 from cranktrain.engine.model import engine_from_dict, engine_to_dict
-from cranktrain.engine.torsional_chain import Chain, Disc, Shaft, read_chain
 from cranktrain.loads.gas_pressure import GasTrace
 from cranktrain.loads.torsional_line import torsional_line
 from cranktrain.studies.torsion.frequency_run_up import steady_orders
@@ -34,37 +28,14 @@ CRANK = 1.4
 """Inertia of the test's rigid crank, kg m²."""
 
 
-def with_line(discs, shafts, engine=SIX):
-    line = DriveLineChain.of(Chain(tuple(Disc(*row) for row in discs), tuple(Shaft(*row) for row in shafts)))
-    engine = replace(engine, drive_line_chain=line)
-    check_engine(engine)
-    return engine
-
-
-def frequencies(engine, inertia=CRANK, boundary="speed"):
+def frequencies(engine):
     """Of a crank that is one disc on its drive line, from the running model's own arrays, rad/s, with their damping."""
-    body = rigid_crank(engine, inertia=(1.0, 1.0, inertia))
-    model = build_model(engine, body, replace(LOCKED, boundary=boundary), SPEED, GasTrace.from_engine(engine))
-    damping, stiffness = entry.matrices(model)
-    turns = np.any(stiffness != 0.0, axis=0)
-    stiffness, damping = stiffness[turns][:, turns], damping[turns][:, turns]
+    body = rigid_crank(engine, inertia=(1.0, 1.0, CRANK))
+    found = entry.matrices(build_model(engine, body, LOCKED, SPEED, GasTrace.from_engine(engine)))
+    turns = np.any(found[1] != 0.0, axis=0)
+    damping, stiffness = (matrix[turns][:, turns] for matrix in found)
     squares, shapes = eigh(stiffness)
     return np.sqrt(np.maximum(squares, 0.0)), np.einsum("ij,ik,kj->j", shapes, damping, shapes)
-
-
-def test_holzer_numbers_of_a_published_shaft():
-    """The first disc is the crank, a shaft that is as good as none holds the last."""
-    case = next(
-        case
-        for case in json.loads((Path(__file__).parents[1] / "data" / "torsion.json").read_text())
-        if case["id"] == "malychevitch_1939_six_cyl"
-    )
-    inertias, stiffnesses = case["inputs"]["I_lb_in_s2"], case["inputs"]["k_lb_in_per_rad"]
-    names = ["flywheel", *(f"d{k}" for k in range(1, len(inertias))), "dynamometer"]
-    shafts = [((names[k], names[k + 1]), k_) for k, k_ in enumerate([*stiffnesses, 1e-3])]
-    omega, _ = frequencies(with_line(list(zip(names[1:-1], inertias[1:], strict=True)), shafts), inertias[0])
-    expected = [case["expected"]["recomputed_f1_cpm"], case["expected"]["recomputed_f2_cpm"]]
-    assert 30.0 / math.pi * omega[1:3] == pytest.approx(expected, rel=1e-3)
 
 
 def test_a_line_between_crank_and_dynamometer_has_the_closed_form():
@@ -72,9 +43,7 @@ def test_a_line_between_crank_and_dynamometer_has_the_closed_form():
     n, k = 3, 2.0e4
     names = ["flywheel", "a", "b", "dynamometer"]
     engine = with_line([("a", CRANK), ("b", CRANK)], [((names[i], names[i + 1]), k) for i in range(3)])
-    expected = (
-        2.0 * math.sqrt(k / CRANK) * np.sin(math.pi * (2.0 * np.arange(1, n + 1) - 1.0) / (2.0 * (2.0 * n + 1.0)))
-    )
+    expected = 2.0 * math.sqrt(k / CRANK) * np.sin(math.pi * (np.arange(1, n + 1) - 0.5) / (2.0 * n + 1.0))
     assert frequencies(engine)[0] == pytest.approx(expected, rel=1e-12)
     line = torsional_line(engine)
     assert line.stiffness == pytest.approx(k / 3.0)
@@ -109,24 +78,6 @@ def test_gears_count_with_the_square_of_their_ratio(ratio):
         assert runs[0][name] == pytest.approx(runs[1][name], rel=1e-9, abs=1e-9 * np.ptp(runs[1][name]))
 
 
-def test_a_loss_factor_damps_every_mode_as_hysteresis_does():
-    """Where all shafts have the same η, c = η ω in each mode of line, crank and mean rods."""
-    shafts = [(("flywheel", "a"), 3e4, 0.0, 0.1), (("a", "dynamometer"), 2e4, 0.0, 0.1)]
-    engine = with_line([("a", 0.5)], shafts)
-    rods = sum(rod.big_end_mass + 0.5 * (rod.small_end_mass + engine.cylinders.piston_mass) for rod in engine.rods)
-    crank = CRANK + rods * engine.crankshaft.throw**2
-    omega = np.sqrt(eigh(np.array([[3e4, -3e4], [-3e4, 5e4]]), np.diag([crank, 0.5]), eigvals_only=True))
-    model = build_model(
-        engine, rigid_crank(engine, inertia=(1.0, 1.0, CRANK)), LOCKED, SPEED, GasTrace.from_engine(engine)
-    )
-    damping, stiffness = entry.matrices(model)
-    turns = np.any(stiffness != 0.0, axis=0)
-    stiffness, damping = stiffness[turns][:, turns], damping[turns][:, turns]
-    squares, shapes = eigh(stiffness, np.diag([crank / CRANK, 1.0]))
-    assert np.sqrt(squares) == pytest.approx(omega, rel=1e-9)
-    assert shapes.T @ damping @ shapes == pytest.approx(np.diag(0.1 * omega), rel=1e-6, abs=1e-6)
-
-
 def test_one_shaft_is_the_connecting_shaft():
     line = SIX.drive_line
     chain = with_line([], [(("flywheel", "dynamometer"), line.stiffness, line.damping)])
@@ -139,11 +90,16 @@ def test_a_light_stiff_disc_is_no_disc_and_a_run_starts_settled():
     """A disc that weighs nothing halves the shaft: the motion is that of the connecting shaft, from the start."""
     k, c = SIX.drive_line.stiffness, SIX.drive_line.damping
     shafts = [(("flywheel", "a"), 2.0 * k, 2.0 * c), (("a", "dynamometer"), 2.0 * k, 2.0 * c)]
-    runs = [
-        simulate(engine, rigid_crank(engine), LOCKED, SPEED, 1) for engine in (SIX, with_line([("a", 1e-5)], shafts))
-    ]
-    ours, theirs = (run.outputs["pulley.torsion"] for run in runs)
+    engines = SIX, with_line([("a", 1e-5)], shafts)
+    ours, theirs = (
+        simulate(engine, rigid_crank(engine), LOCKED, SPEED, 1).outputs["pulley.torsion"] for engine in engines
+    )
     assert np.abs(ours - theirs).max() < 1e-4 * np.ptp(theirs)
+    gas = GasTrace.from_engine(SIX)
+    ours, theirs = (
+        np.array(steady_orders(engine, rigid_crank(engine), LOCKED, SPEED, gas))[:, 1] for engine in engines
+    )
+    assert ours == pytest.approx(theirs, rel=1e-4, abs=1e-6 * theirs.max())
 
 
 def test_a_free_dynamometer_behind_gears_slows_all_that_turns():
@@ -172,35 +128,5 @@ def test_a_table_is_the_same_as_toml_csv_and_engine_file(tmp_path):
     assert DriveLineChain.of(line.chain) == line
     engine = replace(SIX, drive_line_chain=line)
     assert engine_from_dict(engine_to_dict(engine)) == engine
-    entries = {
-        "starts": '["flywheel", "clutch", "gear"]', "ends": '["clutch", "gear", "dynamometer"]',
-        "stiffnesses": "[3e4, 0, 1e4]", "dampings": "[8, 0, 0]", "loss_factors": "[0, 0, 0.05]",
-        "ratios": "[1, -1.5, 1]",
-        "discs": '["clutch", "gear"]', "inertias": "[0.2, 0.1]", "disc_dampings": "[0.5, 0]",
-    }  # fmt: skip
-    units = {"stiffnesses": "N m/rad", "dampings": "N m s/rad", "inertias": "kg m^2", "disc_dampings": "N m s/rad"}
-    text = (engine_folder() / "diesel_i6.toml").read_text()
-    text += "\n[drive_line_chain]\n" + "".join(
-        f'{key} = {{ value = {value}, unit = "{units.get(key, "1")}", origin = "chosen" }}\n'
-        for key, value in entries.items()
-    )
-    (tmp_path / "six.toml").write_text(text)
+    (tmp_path / "six.toml").write_text(engine.to_toml(), "utf-8")
     assert load_engine(tmp_path / "six.toml").drive_line_chain == line
-
-
-def test_a_branched_crank_reads_as_csv(tmp_path):
-    path = tmp_path / "chain.csv"
-    path.write_text("disc,inertia,to,stiffness\na,1,,600\nb,2,c,300\nb,,d,200\nc,1,,\nd,1,ground,5\n")
-    shafts = read_chain(path).shafts
-    assert [shaft.between for shaft in shafts] == [("a", "b"), ("b", "c"), ("b", "d"), ("d", "ground")]
-
-
-def test_a_light_stiff_disc_is_no_disc_in_the_frequency_domain_either():
-    k, c = SIX.drive_line.stiffness, SIX.drive_line.damping
-    shafts = [(("flywheel", "a"), 2.0 * k, 2.0 * c), (("a", "dynamometer"), 2.0 * k, 2.0 * c)]
-    gas = GasTrace.from_engine(SIX)
-    ours, theirs = (
-        np.array(steady_orders(engine, rigid_crank(engine), LOCKED, SPEED, gas))[:, 1]
-        for engine in (SIX, with_line([("a", 1e-5)], shafts))
-    )
-    assert ours == pytest.approx(theirs, rel=1e-4, abs=1e-6 * theirs.max())

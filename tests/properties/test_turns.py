@@ -1,4 +1,7 @@
-"""Units whose C functions compiled code calls: the bits of the master's own calls, the same errors, notes of calls."""
+"""Units whose C functions compiled code calls: the bits of the master's own calls, the same errors, notes of calls.
+
+Functions of FMI 3.0, arrays and events: ``tests/fmu/test_turns_of_foreign_units.py``.
+"""
 
 import ctypes
 
@@ -40,9 +43,12 @@ class InC(Around):
 
     def direct(self):
         self.called = VALUES(self.set), STEP(self.go), VALUES(self.get)
+        return self.by(unit_turns.FMI_2)
+
+    def by(self, version):
         addresses = [ctypes.cast(function, ctypes.c_void_p).value for function in self.called]
         given, taken = (ExchangedValues(range(n), [Place(k) for k in range(n)], {}) for n in self.sizes)
-        return Direct(Calls(unit_turns.FMI_2, *addresses, 1), given, taken, True, self.fail, self.notes, 0)
+        return Direct(Calls(version, *addresses, 1), given, taken, True, self.fail, self.notes, 0)
 
     def answer(self, call):
         return self.status if call == self.odd and self.time > 0.5 * STOP else 0
@@ -65,50 +71,17 @@ class InC(Around):
         raise UnitError(f"call {failed.call} said {failed.status}")
 
 
-class InC3(InC):
-    """The same by functions of FMI 3.0: inputs and outputs are arrays, whose first element no connection leads to.
-
-    ``told`` are eventHandlingNeeded, terminateSimulation and earlyReturn of the steps that are odd.
-    """
-
-    FREE = 5.0
-
-    def __init__(self, unit, told=(), **options):
-        super().__init__(unit, **options)
-        self.told = told
+class Eventful(InC):
+    """By functions of FMI 3.0; after half of the run it tells of an event, its flags are those of a new step."""
 
     def direct(self):
-        self.called = VALUES_3(self.set_array), STEP_3(self.tell), VALUES_3(self.get_array)
-        addresses = [ctypes.cast(function, ctypes.c_void_p).value for function in self.called]
-        given, taken = (
-            ExchangedValues(range(n), [Place(9, shape=(n + 1,), number=k + 1) for k in range(n)], starts)
-            for n, starts in zip(self.sizes, ({9: [self.FREE]}, {}), strict=True)
-        )
-        return Direct(Calls(unit_turns.FMI_3, *addresses, 1), given, taken, True, self.fail, self.notes, 0)
-
-    def array(self, references, count, values, size):
-        assert count == 1 and ctypes.cast(references, ctypes.POINTER(ctypes.c_uint32))[0] == 9
-        return ctypes.cast(values, ctypes.POINTER(ctypes.c_double * size)).contents
-
-    def set_array(self, component, references, count, values, size):
-        whole = self.array(references, count, values, size)
-        assert whole[0] == self.FREE
-        return self.set(component, references, size - 1, ctypes.addressof(whole) + 8)
-
-    def get_array(self, component, references, count, values, size):
-        whole = self.array(references, count, values, size)
-        whole[0] = float("nan")
-        return self.get(component, references, size - 1, ctypes.addressof(whole) + 8)
+        given, taken = (VALUES_3(lambda *told, own=own: own(*told[:-1])) for own in (self.set, self.get))
+        self.called = given, STEP_3(self.tell), taken
+        return self.by(unit_turns.FMI_3)
 
     def tell(self, component, time, size, no_state_before, event, ended, early, reached):
-        assert no_state_before
-        flags = event, ended, early
-        for flag in flags:
-            assert not flag[0]
-        if self.told and time > 0.5 * STOP:
-            for flag, value in zip(flags, self.told, strict=True):
-                flag[0] = value
-            reached[0] = time + 0.25 * size
+        assert no_state_before and not (event[0] or ended[0] or early[0])
+        event[0], reached[0] = time > 0.5 * STOP, time + 0.25 * size
         return self.go(component, time, size, no_state_before)
 
 
@@ -125,7 +98,7 @@ def coupled(scheme, reconstruction, wrap):
 @pytest.mark.parametrize("reconstruction", ["hold", "linear", "quadratic"])
 @pytest.mark.parametrize("error", [None, 1e-3])
 def test_compiled_turns_give_the_bits_of_the_masters_own(scheme, reconstruction, error):
-    """Also if one of two units is called by the master itself, or by FMI 3.0; bounds of inputs are reached."""
+    """Also if one of two units is called by the master itself; bounds of inputs are reached."""
 
     class Plain(InC):
         direct = None
@@ -133,11 +106,8 @@ def test_compiled_turns_give_the_bits_of_the_masters_own(scheme, reconstruction,
     def first_only(unit):
         return InC(unit) if unit.name == "first" else Plain(unit)
 
-    def of_both_versions(unit):
-        return InC(unit) if unit.name == "first" else InC3(unit)
-
     found = []
-    for wrap in (Plain, InC, InC3, first_only, of_both_versions):
+    for wrap in (Plain, InC, first_only):
         master, bonds = coupled(scheme, reconstruction, wrap)
         assert (master._turns is None) == (wrap is Plain)
         steps = Steps(0.05) if error is None else Steps(0.05, error, 0.005, 0.2)
@@ -149,35 +119,25 @@ def test_compiled_turns_give_the_bits_of_the_masters_own(scheme, reconstruction,
         assert (other.steps, other.refused, other.sweeps) == (plain.steps, plain.refused, plain.sweeps)
 
 
-@pytest.mark.parametrize(
-    ("call", "when"),
-    [
-        (unit_turns.INPUTS, "second at "),
-        (unit_turns.OUTPUTS, "second at "),
-        (unit_turns.STEPPING, "second, step from "),
-    ],
-)
+@pytest.mark.parametrize("call", [unit_turns.INPUTS, unit_turns.OUTPUTS, unit_turns.STEPPING])
 @pytest.mark.parametrize("status", [-1, 2, 3])
-@pytest.mark.parametrize("kind", [InC, InC3])
-def test_a_status_that_is_not_good_ends_the_run_with_unit_time_and_call(call, when, status, kind):
+def test_a_status_that_is_not_good_ends_the_run_with_unit_time_and_call(call, status):
     notes = np.zeros(unit_turns.NOTE_SLOTS, dtype=np.int64)
 
     def wrap(unit):
-        return kind(unit, call=call, status=status if unit.name == "second" else 0, notes=notes)
+        return InC(unit, call=call, status=status if unit.name == "second" else 0, notes=notes)
 
     master, bonds = coupled("gauss-seidel", "linear", wrap)
+    when = "second, step from " if call == unit_turns.STEPPING else "second at "
     with pytest.raises(UnitError, match=f"{when}.*: call {call} said {status}"):
         run(master, STOP, Steps(0.05), bonds)
     assert notes[unit_turns.NOTE_CALL] == call and notes[unit_turns.NOTE_COUNT] % 2 == 1
 
 
-def test_an_event_alone_ends_nothing():
-    master, bonds = coupled("gauss-seidel", "linear", lambda unit: InC3(unit, told=(1, 0, 0)))
-    assert run(master, STOP, Steps(0.05), bonds).times[-1] == STOP
-
-
-def test_a_warning_is_good():
-    master, bonds = coupled("gauss-seidel", "linear", lambda unit: InC(unit, unit_turns.STEPPING, 1))
+@pytest.mark.parametrize("wrap", [Eventful, lambda unit: InC(unit, unit_turns.STEPPING, 1)])
+def test_an_event_alone_ends_nothing(wrap):
+    """Nor does a warning."""
+    master, bonds = coupled("gauss-seidel", "linear", wrap)
     assert run(master, STOP, Steps(0.05), bonds).times[-1] == STOP
 
 
@@ -185,9 +145,8 @@ def test_calls_are_noted_and_a_run_that_is_to_stop_stops_before_the_next_step():
     notes = np.zeros(unit_turns.NOTE_SLOTS, dtype=np.int64)
     master, _ = coupled("gauss-seidel", "hold", lambda unit: InC(unit, notes=notes))
     master.step(0.1)
-    assert (
-        notes[unit_turns.NOTE_COUNT] == 2 * 2 * 3 and notes[unit_turns.NOTE_CALL] == 0
-    )  # two units, three calls, begun and ended
+    # Two units, three calls, begun and ended.
+    assert notes[unit_turns.NOTE_COUNT] == 2 * 2 * 3 and notes[unit_turns.NOTE_CALL] == 0
     notes[unit_turns.NOTE_STOP] = 1
     with pytest.raises(KeyboardInterrupt):
         master.step(0.2)

@@ -76,11 +76,9 @@ def test_spellings_mean_their_definition(dimension):
 
 @pytest.mark.parametrize(
     ("si", "factors"),
-    [
-        ("m^3/s", {"l/min": 1e-3 / 60.0, "L/min": 1e-3 / 60.0, "l/h": 1e-3 / 3600.0, "m³/h": 1.0 / 3600.0}),
-        ("m^3", {"l": 1e-3, "L": 1e-3, "in³": INCH**3, **dict.fromkeys(("cc", "ccm", "cm3", "ml"), 1e-6)}),
-    ],
-)
+    [("m^3/s", {"l/min": 1e-3 / 60.0, "L/min": 1e-3 / 60.0, "l/h": 1e-3 / 3600.0, "m³/h": 1.0 / 3600.0}),
+     ("m^3", {"l": 1e-3, "L": 1e-3, "in³": INCH**3, **dict.fromkeys(("cc", "ccm", "cm3", "ml"), 1e-6)})],
+)  # fmt: skip
 def test_volumes_and_flows_are_known_without_a_dimension(si, factors):
     for unit, factor in some(factors.items()):
         assert unit_factor(unit) == (pytest.approx(factor, rel=1e-14), 0.0, si)
@@ -110,12 +108,9 @@ def test_gauge_pressures_count_from_the_atmosphere_where_a_pressure_is_absolute(
     [
         ("N m", "torsional stiffness", "unit 'N m' measures torque, not torsional stiffness; did you mean 'N m/rad'?"),
         ("Hz", "speed", "unit 'Hz' measures frequency, not speed; valid: rad/s, rev/min"),
-        ("1/s", "speed", "measures frequency, not speed; did you mean 'rad/s'?"),
         ("mm", "torque", "measures length, not torque; valid: N m, kN m"),
         ("kg m^3", "inertia", "does not measure inertia; did you mean 'kg m^2'?"),
-        ("MPaa m", "length", "unit 'MPaa m' is not known"),
         ("gr", "mass", "unit 'gr' is not known; did you mean 'g'?"),
-        ("°C", "speed", "unit '°C' measures temperature, not speed"),
         ("foo", "length", "unit 'foo' is not known; valid: m, mm, um"),
         ("foo", None, "unit 'foo' is not known; write it as in 'N m/rad'"),
     ],
@@ -148,16 +143,6 @@ def test_an_engine_in_other_spellings_is_the_same_engine(tmp_path, engine):
     path = tmp_path / "other.TOML"
     path.write_text(changed, "utf-8")
     assert load_engine(path) == load_engine(engine)
-
-
-def test_other_units_of_an_engine_file_are_converted(tmp_path):
-    text = engine_path("diesel_i6").read_text("utf-8")
-    length = re.search(r"\nlength = \{ value = ([\d.]+), unit = \"mm\"", text)
-    path = tmp_path / "own.toml"
-    for factor, unit in ((25.4, "in"), (10.0, "cm"), (304.8, "ft")):
-        new = length[0].replace(length[1], repr(float(length[1]) / factor)).replace('"mm"', f'"{unit}"')
-        path.write_text(text.replace(length[0], new), "utf-8")
-        assert load_engine(path).rod.length == pytest.approx(load_engine("diesel_i6").rod.length, rel=1e-14)
 
 
 @pytest.mark.parametrize("unit", [400 * "9", 400 * "9" + " mm", "0 mm", "-1 mm", "km^200"])

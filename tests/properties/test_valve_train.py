@@ -7,7 +7,6 @@ import numpy as np
 import pytest
 from valve_trains import CYCLE, FREE, RIGID, RPM, output, running, single, six, turn
 
-from cranktrain.core.errors import InputError
 from cranktrain.modules.combustion.file import load as load_combustion
 from cranktrain.modules.combustion.valve_flow import built_in_lift
 from cranktrain.modules.register import module_files
@@ -71,9 +70,8 @@ def test_slow_and_rigid_lift_is_that_of_the_cam():
         cam = model.cams[kind]
         z = np.array([settings.ratio * cam_lift(cam, wrapped(0.5 * a - model.noses[kind]))[0] for a in crank])
         held = settings.spring_preload / settings.stiffness
-        assert output(simulation, rows, f"cylinder[1].{name}_lift") == pytest.approx(
-            np.maximum(z - held, 0.0), abs=2e-6
-        )
+        found = output(simulation, rows, f"cylinder[1].{name}_lift")
+        assert found == pytest.approx(np.maximum(z - held, 0.0), abs=2e-6)
 
 
 def test_slow_torque_is_the_springs_energy_by_the_angle():
@@ -245,35 +243,3 @@ def test_many_tiny_steps_and_an_absurd_speed():
     for k in range(50):
         simulation.step(simulation.time + 10.0 ** (-12.0 + 0.2 * k))
     assert np.isfinite(simulation.outputs).all()
-
-
-def test_refused_inputs():
-    simulation = running(six())
-    for slot, value, said in (
-        (0, math.nan, "crank.speed is nan; it must be a finite number"),
-        (0, -1.0, "reverse running is not modelled"),
-        (1, 2.0, "115 deg off from where crank.speed has led"),
-    ):
-        before = simulation.inputs.copy()
-        simulation.inputs[slot] = value
-        with pytest.raises(InputError, match=said):
-            simulation.step(1e-4)
-        simulation.inputs[:] = before
-    with pytest.raises(InputError, match="must go forward"):
-        simulation.step(0.0)
-    simulation.step(1e-4)
-
-
-@pytest.mark.parametrize(
-    ("changes", "said"),
-    [
-        ({"base_radius": 0.005}, "base_radius 5 mm is too small for the intake cam"),
-        ({"intake_closes": -7.0}, "intake_opens -375 deg, closes -401.07 deg; it opens before it closes"),
-        ({"ramp": 3.0}, "leaves the intake valve no time on its seat"),
-        ({"lash": math.inf}, "lash is inf; it must be a finite number"),
-        ({"inputs_at": "middle"}, "inputs_at 'middle' is not known"),
-    ],
-)
-def test_settings_that_no_valve_train_has(changes, said):
-    with pytest.raises(InputError, match=said):
-        build_model(replace(six(), **changes))

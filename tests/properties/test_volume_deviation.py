@@ -60,25 +60,18 @@ def test_a_sealed_adiabatic_charge_is_compressed_in_its_own_volume(at):
     assert np.ptp(rigid) > 1e-3 * held[-1]
 
 
-def test_work_is_the_integral_of_p_dv_over_the_own_volume():
+def test_work_is_the_integral_of_p_dv_over_the_own_volume_and_torque_its_rate():
     simulation, angles, rows = twisted(900.0, step_deg=0.5)
-    pressure, work = (output(simulation, rows, name) for name in ("cylinder[1].pressure", "gas.work"))
+    names = "cylinder[1].pressure", "gas.work", "indicated.torque"
+    pressure, work, torque = (output(simulation, rows, name) for name in names)
     volume = rigid_volume(angles) + deviation(angles)
     cycle = slice(len(rows) - 1441, len(rows))
     own = np.trapezoid(pressure[cycle] - S.crankcase_pressure, volume[cycle])
     assert work[-1] - work[-1441] == pytest.approx(own, rel=5e-5)
     balance = output(simulation, rows[-1], "balance.energy")
     assert abs(balance) < 1e-9 * output(simulation, rows[-1], "heat.released")
-
-
-def test_torque_is_the_power_on_the_own_volume():
-    simulation, angles, rows = twisted(900.0, step_deg=0.5)
-    pressure, torque = (output(simulation, rows, name) for name in ("cylinder[1].pressure", "indicated.torque"))
-    e = 1e-5
-    rise = (rigid_volume(angles + e) + deviation(angles + e) - rigid_volume(angles - e) - deviation(angles - e)) / (
-        2 * e
-    )
-    own = (pressure - S.crankcase_pressure) * rise
+    before, after = (rigid_volume(at) + deviation(at) for at in (angles - 1e-5, angles + 1e-5))
+    own = (pressure - S.crankcase_pressure) * (after - before) / 2e-5
     np.testing.assert_allclose(torque[10:], own[10:], atol=1e-4 * np.abs(own).max())
 
 

@@ -88,14 +88,12 @@ def test_a_crankshaft_kept_by_an_earlier_version_is_read_where_it_is(no_mesh):
 def test_all_that_shapes_a_crankshaft_is_in_its_key():
     engine = load_engine("diesel_i6")
     own = crank.input_digest(engine)
-    for part in ("material", "crankshaft"):
-        for field in fields(getattr(engine, part)):
-            value = other(getattr(getattr(engine, part), field.name))
-            changed = replace(engine, **{part: replace(getattr(engine, part), **{field.name: value})})
-            assert crank.input_digest(changed) != own, field.name
-    for key in ("fixed_modes", "consistent_mass"):
-        changed = replace(engine.reduction, **{key: other(getattr(engine.reduction, key))})
-        assert crank.input_digest(replace(engine, reduction=changed)) != own, key
+    keys = {name: [field.name for field in fields(getattr(engine, name))] for name in ("material", "crankshaft")}
+    for name, own_keys in (keys | {"reduction": ["fixed_modes", "consistent_mass"]}).items():
+        for key in own_keys:
+            part = getattr(engine, name)
+            changed = replace(engine, **{name: replace(part, **{key: other(getattr(part, key))})})
+            assert crank.input_digest(changed) != own, key
     assert crank.input_digest(replace(engine, thrust=replace(engine.thrust, main=1))) != own
 
 
@@ -148,12 +146,9 @@ def test_a_beam_crank_stands_beside_the_solid_one_that_is_kept(no_mesh):
     assert all(row["mac"] == pytest.approx(1.0) for row in found["cranktrain"]["modes"])
 
 
-@pytest.mark.parametrize("name", ["single_petrol", "diesel_v8"])
-def test_campbell_diagrams_of_beam_cranks_make_no_mesh(no_mesh, name):
-    assert ct.campbell(name, crank="beam", from_rpm=1500, to_rpm=2000, step_rpm=250).hz.shape[0] == 3
-
-
-def test_run_ups_of_beam_cranks_and_the_damping_they_lend_make_no_mesh(no_mesh):
+def test_campbell_and_run_ups_of_beam_cranks_and_the_damping_they_lend_make_no_mesh(no_mesh):
+    for name in ("single_petrol", "diesel_v8"):
+        assert ct.campbell(name, crank="beam", from_rpm=1500, to_rpm=2000, step_rpm=250).hz.shape[0] == 3
     choices = {"crank": "beam", "workers": 1, "highest_order": 3}
     assert ct.runup("single_petrol", from_rpm=1500, to_rpm=1550, step_rpm=50, **choices).speeds.size == 2
     made = ct.assemble("single_petrol", ct.Settings(crank="torsional"))
@@ -161,17 +156,11 @@ def test_run_ups_of_beam_cranks_and_the_damping_they_lend_make_no_mesh(no_mesh):
 
 
 def test_inherited_damping_is_measured_anew_for_what_it_depends_on_alone(no_mesh, monkeypatch):
-    measured = []
-
-    def count(simulation):
-        measured.append(simulation)
-        return Decay(np.array([400.0]), np.array([0.02]), 300.0)
-
-    monkeypatch.setattr(inherited_damping, "measured_decay", count)
+    measured, decay = [], Decay(np.array([400.0]), np.array([0.02]), 300.0)
+    monkeypatch.setattr(inherited_damping, "measured_decay", lambda simulation: measured.append(simulation) or decay)
     engine = load_engine("single_petrol")
     without = replace(engine, limits=None, crank_strength=None, load=None)
-    same = [engine, replace(engine, name="x", title="y"), without]
-    for one in same:
+    for one in (engine, replace(engine, name="x", title="y"), without):
         assembly.running_crank(one, "torsional")
     assert len(measured) == 1
     pistons = replace(engine, cylinders=replace(engine.cylinders, piston_mass=1.01 * engine.cylinders.piston_mass))
@@ -202,27 +191,18 @@ def test_an_fmu_carries_slow_levels_on_demand_or_where_it_starts_at_them():
 
 
 @pytest.mark.parametrize(
-    ("keywords", "film_table", "flexible", "block", "films"),
-    [
-        ({}, False, False, True, True),
-        ({"levels": "all"}, True, True, True, True),
-        ({"levels": "flexible"}, False, True, True, True),
-        ({"film_table": False}, False, True, True, True),
-        ({"film_table": False, "block": False}, False, False, False, True),
-        ({"levels": "basic"}, False, False, True, False),
-    ],
-)
-def test_keywords_choose_the_data_of_an_fmu(monkeypatch, tmp_path, keywords, film_table, flexible, block, films):
+    ("keywords", "chosen"),
+    [({}, {"block", "films"}), ({"levels": "all"}, {"film_table", "flexible", "block", "films"}),
+     ({"levels": "flexible"}, {"flexible", "block", "films"}), ({"film_table": False}, {"flexible", "block", "films"}),
+     ({"film_table": False, "block": False}, {"films"}), ({"levels": "basic"}, {"block"})],
+)  # fmt: skip
+def test_keywords_choose_the_data_of_an_fmu(monkeypatch, tmp_path, keywords, chosen):
     asked = []
-
-    def whole_model(engine, body, say, **given):
-        asked.append(given)
-        return FlatModel(engine, {})
-
-    monkeypatch.setattr("cranktrain.fmu.build.whole_model", whole_model)
+    monkeypatch.setattr("cranktrain.fmu.build.whole_model",
+                        lambda engine, *_, **given: asked.append(given) or FlatModel(engine, {}))  # fmt: skip
     monkeypatch.setattr("cranktrain.fmu.build.build", lambda *_, **__: tmp_path / "made.fmu")
     build_fmu("diesel_i6", tmp_path, platforms=(), **keywords)
-    assert asked == [{"film_table": film_table, "flexible": flexible, "block": block, "films": films}]
+    assert {name for name in ("film_table", "flexible", "block", "films") if asked[0][name]} == chosen
 
 
 @pytest.mark.parametrize("chosen", [{"block": "flexible"}, {"bearings": "table"}])
@@ -249,6 +229,12 @@ def test_a_short_step_is_not_told_and_a_long_one_is(monkeypatch):
         told.tell("long")
         assert heard.wait(60.0)
     assert said == ["six: long"]
+    with told_waits.waits("run", line) as told:  # a share is told now and then
+        told.follow(0.2)
+        monkeypatch.setattr(told_waits, "AGAIN", -1.0)
+        told.follow(0.4)
+        told.follow(1.0)
+    assert said[1:] == ["run: 40 %"]
 
 
 def test_processes_start_without_a_thread_beside_them_and_what_they_do_is_told():
@@ -259,16 +245,6 @@ def test_processes_start_without_a_thread_beside_them_and_what_they_do_is_told()
     assert said == ["slabs"]
 
 
-def test_a_share_is_told_now_and_then(monkeypatch):
-    said = []
-    with told_waits.waits("run", said.append) as told:
-        told.follow(0.2)
-        monkeypatch.setattr(told_waits, "AGAIN", -1.0)
-        told.follow(0.4)
-        told.follow(1.0)
-    assert said == ["run: 40 %"]
-
-
 def test_kernels_that_compile_for_long_in_all_are_told_once(monkeypatch):
     """Kernels within another one count with it; the first second is silent."""
     said, now = [], [0.0]
@@ -276,8 +252,8 @@ def test_kernels_that_compile_for_long_in_all_are_told_once(monkeypatch):
     listener = told_waits._Compiled(told)
     monkeypatch.setattr(told_waits, "time", SimpleNamespace(monotonic=lambda: now[0]))
     begin, end = (SimpleNamespace(is_start=start, is_end=not start) for start in (True, False))
-    monkeypatch.setattr(told_waits.threading.Timer, "start", lambda self: None)  # the clock is this test's
-    monkeypatch.setattr(told_waits.threading.Timer, "join", lambda self: None)
+    for name in ("start", "join"):  # the clock is this test's
+        monkeypatch.setattr(told_waits.threading.Timer, name, lambda self: None)
 
     def compiled(seconds):
         for event in (begin, begin, end):
@@ -285,12 +261,10 @@ def test_kernels_that_compile_for_long_in_all_are_told_once(monkeypatch):
         now[0] += seconds
         listener.notify(end)
 
-    compiled(0.6)
-    assert said == []
-    compiled(0.6)
-    assert len(said) == 1 and "compiling kernels" in said[0]
-    compiled(5.0)
-    assert len(said) == 1
+    for seconds, count in ((0.6, 0), (0.6, 1), (5.0, 1)):
+        compiled(seconds)
+        assert len(said) == count
+    assert "compiling kernels" in said[0]
 
 
 @pytest.mark.parametrize("verb", ["campbell", "assemble"])

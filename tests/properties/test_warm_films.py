@@ -1,6 +1,5 @@
 """Films of their own temperatures in the running model: the heat balance closes, and each film has its own oil."""
 
-import json
 import math
 import warnings
 from dataclasses import replace
@@ -9,13 +8,13 @@ from functools import cache
 import numpy as np
 import pytest
 from bodies import rigid_crank
+from started import at_speed
 
-from cranktrain.cli.main import main
 from cranktrain.core.errors import InputError
 from cranktrain.dynamics import cycle_run
 from cranktrain.dynamics.model.arrays import supply_temperature
 from cranktrain.dynamics.model.settings import Settings
-from cranktrain.dynamics.simulation import Parts, Simulation, simulate
+from cranktrain.dynamics.simulation import Parts, simulate
 from cranktrain.dynamics.warm_films import PASSES, SETTLED, cycle_means
 from cranktrain.engine.file import load_engine
 from cranktrain.engine.lubricant import viscosity
@@ -43,12 +42,8 @@ def bore():
 
 def started(level, temperatures=None):
     elastic = bore() if level == "ehd" else None
-    simulation = Simulation(
-        ENGINE, BODY, Settings(crank="rigid", bearings=level), parts=Parts(bore=elastic), temperatures=temperatures
-    )
-    simulation.inputs[0] = SPEED
-    simulation.initialize()
-    return simulation
+    settings = Settings(crank="rigid", bearings=level)
+    return at_speed(SPEED, ENGINE, BODY, settings, parts=Parts(bore=elastic), temperatures=temperatures)
 
 
 def run_on(simulation, steps):
@@ -134,15 +129,10 @@ def test_heat_closes_for_every_bearing(rpm, load):
 def test_a_simulation_starts_with_the_temperatures_of_a_run():
     """What an FMU does at its initialization: the balance of a run that settles, whatever comes from outside."""
     settings = replace(WARM, boundary="torque", gas_source="input")
-    simulation = Simulation(ENGINE, BODY, settings)
-    simulation.inputs[0] = SPEED
-    simulation.initialize()
+    simulation = at_speed(SPEED, ENGINE, BODY, settings)
     run = simulate(ENGINE, BODY, WARM, SPEED)
     assert np.array_equal(simulation.film_temperatures, run.film_temperatures)
     assert (simulation.film_temperatures > ENGINES_OIL + 1.0).all()
-    simulation.inputs[0] = 19 * RPM
-    with pytest.raises(InputError, match="needs a start at 20 rev/min or more, got 19; set the speed"):
-        simulation.initialize()
 
 
 def test_power_into_the_films_is_that_of_shear_and_squeeze():
@@ -156,15 +146,6 @@ def test_power_into_the_films_is_that_of_shear_and_squeeze():
         assert flows[i] == pytest.approx(out["oil_flow"][1:].mean(), rel=1e-12)
         # What the centre does against the film's force over a whole cycle is heat, too.
         assert powers[i] > shear[1:].mean() > 0.0
-
-
-def test_films_are_hotter_at_higher_load_and_speed_and_share():
-    rated = balanced().film_temperatures
-    assert (rated > balanced(load=0.0).film_temperatures).all()
-    slow = balanced(1000)
-    above = supply_temperature(ENGINE, Settings(), 1000 * RPM)
-    assert (rated - ENGINES_OIL > slow.film_temperatures - above).all()
-    assert (balanced(share=0.4).film_temperatures < rated - 1.0).all()
 
 
 def test_a_run_by_heat_balance_starts_at_zero_and_shows_its_temperatures(tmp_path):
@@ -189,12 +170,12 @@ def test_one_cycle_of_a_film_without_heat_share_is_the_plain_run():
 
 def test_what_cannot_balance_is_bounded_and_said():
     hottest = ENGINES_OIL + LARGEST_RISE
-    for flow in (0.0, -1e-9, 1e-12):
-        temperature, bound = balanced_temperature(OIL, ENGINES_OIL, ENGINES_OIL, 300.0, flow)
-        assert temperature == hottest and "cannot carry 300 W" in bound
-    for power in (0.0, -5.0):
-        temperature, bound = balanced_temperature(OIL, ENGINES_OIL, ENGINES_OIL + 9.0, power, 1e-5)
-        assert temperature == ENGINES_OIL and "no power" in bound
+    for power, flow, bounded, said in (
+        (300.0, 0.0, hottest, "cannot carry 300 W"), (300.0, -1e-9, hottest, "cannot carry 300 W"),
+        (0.0, 1e-5, ENGINES_OIL, "no power"), (-5.0, 1e-5, ENGINES_OIL, "no power"),
+    ):  # fmt: skip
+        temperature, bound = balanced_temperature(OIL, ENGINES_OIL, ENGINES_OIL + 9.0, power, flow)
+        assert temperature == bounded and said in bound
     # Just inside the bound nothing jumps.
     cold, hot = viscosity(OIL, ENGINES_OIL), viscosity(OIL, hottest)
     flow = MEAN * OIL.heat_share * 300.0 * hot / cold / (OIL.density * OIL.heat_capacity * LARGEST_RISE)
@@ -238,17 +219,3 @@ def test_wrong_input_is_refused_in_one_line():
         simulation.film_temperatures = np.zeros(7)
     assert np.array_equal(simulation.film_temperatures, np.full(7, ENGINES_OIL))
     run_on(simulation, 1)
-
-
-@pytest.mark.slow
-def test_the_command_shows_a_temperature_for_each_bearing(tmp_path, capsys):
-    target = tmp_path / "run.h5"
-    command = ["simulate", "diesel_i6", "--speed", "1500", "--crank", "rigid", "--cycles", "1", "--json"]
-    assert main([*command, "--film-temperature", "heat-balance", "--output", str(target)]) == 0
-    summary = json.loads(capsys.readouterr().out)
-    values = [row["film_temperature_c"] for row in summary["bearings"]]
-    assert summary["film_temperature"]["source"] == "heat-balance" and summary["film_temperature"]["passes"] >= 2
-    assert min(values) > supply_temperature(ENGINE, Settings(), 1500 * RPM) - 273.15
-    data, attributes = read_result(target)
-    assert data["film_temperature_c"][0] == pytest.approx(values)
-    assert attributes["film_temperature"] == "heat-balance"

@@ -33,19 +33,10 @@ def square(number, tell=None):
 
 
 @pytest.mark.parametrize("workers", [1, 2])
-def test_every_task_comes_with_its_result(workers):
-    assert sorted(side_by_side(square, [(3,), (1,), (2,)], workers)) == [((1,), 1), ((2,), 4), ((3,), 9)]
-
-
-@pytest.mark.parametrize("workers", [1, 2])
-def test_what_tasks_tell_is_heard(workers):
+def test_every_task_comes_with_its_result_and_is_heard(workers):
     told = []
-    list(side_by_side(square, [(1,), (2,)], workers, lambda *report: told.append(report)))
-    assert sorted(told) == [(1, 1.0), (2, 1.0)]
-
-
-@pytest.mark.parametrize("workers", [1, 2])
-def test_an_error_of_a_task_reaches_its_caller(workers):
+    found = side_by_side(square, [(3,), (1,), (2,)], workers, lambda *report: told.append(report))
+    assert sorted(found) == [((1,), 1), ((2,), 4), ((3,), 9)] and sorted(told) == [(1, 1.0), (2, 1.0), (3, 1.0)]
     with pytest.raises(TypeError):
         list(side_by_side(square, [("a",), ("b",), ("c",)], workers))
 
@@ -139,9 +130,8 @@ def test_a_clock_that_is_set_loses_no_file_and_hides_no_edit(tmp_path, monkeypat
 def test_only_temporary_files_of_our_own_are_removed(tmp_path):
     """No file of another name, no folder, no link's target; another machine's file not before a day has passed."""
     text, other = tmp_path / ".cranktrain-notes", ".cranktrain-00000000-"
-    recent, old, left = (
-        tmp_path / name for name in (f"{other}recent00", f"{other}day_old0.h5", f"{PREFIX}killed00.h5")
-    )
+    names = f"{other}recent00", f"{other}day_old0.h5", f"{PREFIX}killed00.h5"
+    recent, old, left = (tmp_path / name for name in names)
     for file in (text, recent, old, left):
         file.write_text("half")
     os.utime(old, (1.0, old.stat().st_mtime - 1.1 * DAY))
