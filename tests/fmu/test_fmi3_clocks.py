@@ -4,7 +4,6 @@ import csv
 import importlib.util
 import shutil
 import subprocess
-from contextlib import closing
 from itertools import pairwise
 from pathlib import Path
 
@@ -19,7 +18,6 @@ from cranktrain.engine.file import load_engine
 from cranktrain.fmu.build import build_fmu
 from cranktrain.fmu.description3 import clock_table
 from cranktrain.fmu.engine_fmu import engine_interface, product
-from cranktrain_lab.coupling.fmu3_unit import open_fmu
 
 SPEED = 2000.0 * np.pi / 30.0
 CYCLE = 4.0 * np.pi
@@ -183,22 +181,9 @@ def test_an_fmu_has_clocks_only_if_they_are_asked_for(fmus):
     assert not about.coSimulation.hasEventMode and not any(v.type == "Clock" for v in about.modelVariables)
 
 
-def test_our_own_master_takes_an_fmu_with_clocks(fmus):
-    """It uses no event mode."""
-    with closing(open_fmu(fmus("diesel_i6"), "crank")) as unit:
-        unit.link([], ["crank.angle"])
-        unit.initialize(0.0)
-        unit.step(0.0, 1e-4)
-        assert 0.0 < unit.read()[0] < 1.0
-    assert not any("dead_centre" in name for name in unit.outputs)
-
-
-def test_clocks_are_of_fmi_3(tmp_path):
+def test_clocks_are_of_fmi_3_and_need_dead_centres(tmp_path):
     with pytest.raises(InputError, match=r"clocks are of FMI 3\.0; build the FMU for it, or leave clocks out"):
         build_fmu("diesel_i6", tmp_path, clocks=True)
-
-
-def test_clocks_need_the_crank_angle_and_dead_centres():
     engine = load_engine("diesel_i6")
     made = product(engine, engine_interface(engine, clocks=True))
     fewer = [v for v in made.variables if v.name != "cylinder[3].firing_angle"]

@@ -129,16 +129,7 @@ import ctypes
 ctypes.pythonapi.Py_IncRef(ctypes.py_object(globals()))
 '''
 LEAK = """
-import gc, os
-class Heap(ctypes.Structure):
-    names = "arena ordblks smblks hblks hblkhd usmblks fsmblks uordblks fordblks keepcost"
-    _fields_ = [(name, ctypes.c_size_t) for name in names.split()]
-heap = ctypes.CDLL(None).mallinfo2
-heap.restype = Heap
-def in_use():
-    gc.collect()
-    now = heap()
-    return now.uordblks + now.hblkhd
+import os
 def instances(count):
     for _ in range(count):
         unit = Unit(sys.argv[1], "u", folder)

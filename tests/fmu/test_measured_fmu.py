@@ -113,10 +113,6 @@ def test_a_simulation_of_its_data_runs_on_the_measured_trace():
     ("arguments", "message"),
     [
         ([ENGINE, "--pressure", "map"], "map: has traces over speed and load, and an FMU carries one trace"),
-        ([ENGINE, "--pressure-unit", "bar"], "unit and dead centre belong to measured pressures"),
-        ([ENGINE, "--pressure", "none.csv"], "none.csv"),
-        ([ENGINE, "--drive-line", "none.csv"], "none.csv"),
-        (["combustion_i6", "--drive-line", "line.csv"], "--drive-line belongs to an engine, not to a module"),
     ],
 )
 def test_bad_input_gives_one_line_and_no_file(folder, capsys, arguments, message):

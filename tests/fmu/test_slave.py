@@ -2,17 +2,13 @@
 
 import json
 import math
-import os
 import shutil
-import subprocess
-import sys
 import zipfile
-from dataclasses import replace
 
 import pytest
 
 from cranktrain.core.machine_code import OFF
-from cranktrain.fmu import archive, engine_fmu, running_code
+from cranktrain.fmu import engine_fmu, running_code
 
 FOREIGN = ("h5py", "scipy", "skfem", "matplotlib", "netgen", "meshio", "rich", "cranktrain")
 
@@ -22,22 +18,6 @@ def test_runs_with_numpy_and_numba_only(whole_fmu, script):
     done = script(f"blocked(*{FOREIGN})\n{run}", whole_fmu)
     # the frame's angle follows the crank's mean wind-up, some milliradians
     assert float(done.stdout) == pytest.approx(50e-4 * 2000 / 60 * 2 * math.pi, abs=5e-3)
-
-
-def test_two_fmus_in_one_process_keep_their_own_data(fmu, engine, model, script, tmp_path):
-    heavier = replace(engine, rod=replace(engine.rod, small_end_mass=engine.rod.small_end_mass + 1.0))
-    other = engine_fmu.build(model._replace(engine=heavier), tmp_path, print)
-    alone = "import json\nprint(json.dumps(Unit(sys.argv[1]).start().run(20).bits()))"
-    both = """
-import json
-a, b = Unit(sys.argv[1], "a").start(), Unit(sys.argv[2], "b").start()
-for i in range(20):
-    a.run(1, first=i), b.run(1, first=i)
-print(json.dumps([a.bits(), b.bits()]))
-"""
-    first, second = (json.loads(script(alone, path).stdout) for path in (fmu, other))
-    assert first != second
-    assert json.loads(script(both, fmu, other).stdout) == [first, second]
 
 
 def test_two_fmus_in_one_process_run_their_own_code(fmu, model, script, tmp_path, monkeypatch):
@@ -288,48 +268,6 @@ def test_coarse_steps_are_warned_of_once(fmu, script):
     assert "6.0 degrees" in done.stderr and "--output-interval 8.3e-05" in done.stderr
     for step, count in (("2.5e-4", 0), ("2.53e-4", 1)):  # from three degrees on
         assert script(f"Unit(sys.argv[1]).start().run(3, h={step}).close()", fmu).stderr.count("warning") == count
-
-
-def test_fmpy_simulates_and_the_error_reaches_its_user(fmu, script, tmp_path, cache):
-    ran = script(
-        """
-from fmpy import simulate_fmu
-result = simulate_fmu(sys.argv[1], stop_time=0.01, output_interval=1e-4)
-assert len(result) == 101 and all(np.isfinite(result[name]).all() for name in result.dtype.names)
-""".replace("from fmpy", "import numpy as np\nfrom fmpy", 1),
-        fmu,
-    )
-    assert ran.stderr == ""
-    signal = tmp_path / "in.csv"
-    signal.write_text("time,speed\n0,200\n0.005,200\n0.006,-50")
-    failed = subprocess.run(
-        [sys.executable, "-m", "fmpy", "simulate", str(fmu), "--output-interval", "1e-4", "--stop-time", "0.01",
-         "--input-file", str(signal)],
-        capture_output=True, text=True, timeout=3600, env={**os.environ, "CRANKTRAIN_CACHE": str(cache)},
-    )  # fmt: skip
-    assert failed.returncode != 0
-    assert "'speed' is -" in failed.stderr and "finite number, between 0 and 2000" in failed.stderr
-
-
-def test_example_pressures_drive_the_engine_as_the_built_in_gas_does(fmu, script):
-    done = script(
-        """
-import numpy as np
-from fmpy import read_csv, simulate_fmu
-spans = []
-for signals in (None, read_csv(sys.argv[2])):
-    result = simulate_fmu(sys.argv[1], stop_time=0.5, output_interval=1e-4, input=signals)
-    last = result["time"] > 0.44  # the start has swung out
-    spans.append([np.ptp(result["pulley.torsion"][last]), np.mean(result["shaft.torque"][last])])
-print(*spans[0], *spans[1])
-""",
-        fmu,
-        archive.ROOT / "examples" / "fmu_pressures.csv",
-    )
-    torsion, torque, driven_torsion, driven_torque = map(float, done.stdout.splitlines()[-1].split())
-    # rows 3 degrees apart, joined by straight lines, cut the peaks; the lead of the crank is the mean one
-    assert driven_torsion == pytest.approx(torsion, rel=0.05)
-    assert driven_torque == pytest.approx(torque, rel=0.05)
 
 
 def test_pressures_that_stay_at_their_start_leave_the_gas_built_in(fmu, script, tmp_path):
