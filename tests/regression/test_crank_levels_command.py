@@ -60,16 +60,3 @@ def test_modal_puts_a_level_beside_the_solid(level, capsys):
     assert ("hz" in first) == (level != "rigid")
     assert main(["modal", "diesel_i6", "--crank", level]) == 0
     assert "deviation" in capsys.readouterr().out
-
-
-@pytest.mark.parametrize(("source", "words"), [("bicera", "charts"), ("ker wilson", "'ker-wilson'")])
-def test_torsional_sources_are_checked(source, words, tmp_path, capsys):
-    text = engine_path("diesel_i6").read_text(encoding="utf-8")
-    path = tmp_path / "six.toml"
-    path.write_text(
-        re.sub('torsional_source = { value = "[a-z-]+"', f'torsional_source = {{ value = "{source}"', text),
-        encoding="utf-8",
-    )
-    assert main(["modal", str(path), "--crank", "torsional"]) == 2
-    text = capsys.readouterr().err.strip()
-    assert "reduction.torsional_source" in text and words in text and "\n" not in text

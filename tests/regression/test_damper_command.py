@@ -44,14 +44,12 @@ def test_modal_with_damper(coarse, capsys):
     assert "ring locked" in capsys.readouterr().out
 
 
-def test_an_engine_without_damper_or_with_one_too_hot(coarse, tmp_path, capsys):
+def test_an_engine_without_damper(coarse, tmp_path, capsys):
     text = coarse.read_text("utf-8")
     start = text.index("[damper]")
-    none, hot = tmp_path / "none.toml", tmp_path / "hot.toml"
+    none = tmp_path / "none.toml"
     none.write_text(text[:start] + text[text.index("\n[", start + 1) + 1 :], encoding="utf-8")
-    hot.write_text(text.replace("value = [65, 90]", "value = [65, 190]"), encoding="utf-8")
-    for path, says in ((none, "has no [damper]"), (hot, "190 degC is hotter than the damper's law is valid")):
-        for verb in (("damper-optimum",), ("modal", "--damper")):
-            assert main([verb[0], str(path), *verb[1:]]) == 2
-            error = capsys.readouterr().err
-            assert says in error and error.count("\n") == 1
+    for verb, *more in (("damper-optimum",), ("modal", "--damper")):
+        assert main([verb, str(none), *more]) == 2
+        error = capsys.readouterr().err
+        assert "has no [damper]" in error and error.count("\n") == 1

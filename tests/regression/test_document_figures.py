@@ -29,21 +29,6 @@ def test_marks_and_makers_belong_together(figures):
     assert marked == {(document, part) for part, (document, _) in figures.MADE.items()}
 
 
-def test_a_part_is_replaced_and_nothing_else(figures, tmp_path):
-    page = tmp_path / "page.md"
-    page.write_text("a\n<!-- figures: x -->\n\nold\n\n<!-- end -->\nb\n<!-- figures: y -->\n\nkept\n\n<!-- end -->\n")
-    figures.put(page, "x", r"new \1")
-    expected = "a\n<!-- figures: x -->\n\nnew \\1\n\n<!-- end -->\nb\n<!-- figures: y -->\n\nkept\n\n<!-- end -->\n"
-    assert page.read_text() == expected
-    with pytest.raises(ValueError, match="figures: z"):
-        figures.put(page, "z", "")
-
-
-def test_unknown_parts_are_refused(figures, capsys):
-    assert figures.main("orbits") == 2
-    assert "part 'orbits' does not exist; valid: beam_frequencies" in capsys.readouterr().err
-
-
 @pytest.mark.parametrize("engine", ["diesel_i6", "diesel_v8"])
 def test_tables_of_total_error_are_those_of_the_shipped_figures(figures, engine):
     page = (DOCS / "tradeoff.md").read_text("utf-8")
