@@ -279,22 +279,6 @@ for parameters, words in json.loads(sys.argv[2]):
     assert all(words in line for line, (_, words) in zip(lines, refused, strict=True))
 
 
-def test_a_load_torque_brakes_a_free_dynamometer_only(each_fmu, script):
-    done = script(
-        """
-for boundary in ("speed", "torque"):
-    unit = Unit(sys.argv[1]).start({"speed": 150.0, "gas.load": 0.0, "shaft.boundary": boundary})
-    unit.set_named("shaft.load_torque", 5e3)
-    print(*unit.run(200, 5e-4).get("frame.speed", "crank.speed"))
-""",
-        each_fmu,
-    )
-    given, swinging, free, braked = map(float, done.stdout.split())
-    assert given == pytest.approx(150.0, abs=0.1)  # the frame follows the shaft with its wind-up
-    assert swinging == pytest.approx(150.0, rel=0.05)  # without gas a crank swings by its rods alone
-    assert braked < free < 140.0  # a frame lags behind a braked crank
-
-
 def coarse_table(bearing, tilt):
     return film_table(bearing_settings(bearing, "coarse", tilt))[0]
 

@@ -1,9 +1,7 @@
 """What a host meets: the built FMU, driven in a process of its own. One test per trap of the wrapping library."""
 
-import json
 import math
 import shutil
-import zipfile
 
 import pytest
 
@@ -294,19 +292,3 @@ print(*torsion, np.ptp(free["pulley.torsion"]))
     constant, rounded, given, swing = map(float, done.stdout.splitlines()[-1].split())
     assert max(constant, rounded) < 1e-9 * swing  # the master's interpolation rounds the speed as well
     assert given > 0.1 * swing
-
-
-def test_parameters_start_as_the_settings_do(fmu, engine):
-    """And geometry and lumped data as the engine."""
-    from cranktrain.dynamics.model.lumped_data import lumped_values, split_data
-    from cranktrain.dynamics.simulation import Settings
-    from cranktrain.fmu.geometry import with_geometry
-
-    with zipfile.ZipFile(fmu) as archive:
-        about = json.loads(archive.read("resources/variables.json"))
-    starts = {v["setting"]: v["start"] for v in about["variables"] if v["causality"] == "parameter"}
-    told, rest = with_geometry(engine, starts, {})
-    data, rest = split_data(engine, rest)
-    assert data == {one.name: one.value for one in lumped_values(engine)}
-    assert told is engine and len(rest) == len(starts) - 11 - len(data)
-    assert {name: getattr(Settings(), name) for name in rest} == rest

@@ -8,12 +8,10 @@ import math
 import numpy as np
 import pytest
 from expected import cases
-from journal_films import film
 from some import some
 
 from cranktrain.film.journal.film import DAMPING, OUT_SIZE, journal_film
 from cranktrain.film.journal.grid import Motion, cold_start, journal_grid, journal_work
-from cranktrain.film.steady.sommerfeld import prescribed_film
 
 SQUEEZE = cases("squeeze")
 SHORT = 1e-3
@@ -102,22 +100,3 @@ def test_periodic_orbit_of_a_half_film(drive, expected):
     path = orbit(resistance, lambda t: float(drive) / UNIT * math.cos(t), -expected, turn)
     assert path.max() == pytest.approx(expected, rel=1e-3)
     assert path[-1] == pytest.approx(-expected, rel=1e-3)
-
-
-def test_rupture_between_half_film_and_full_film():
-    for eps in (0.0, 0.2, 0.6, 0.9):
-        half, ruptured, full = (
-            prescribed_film(0.5, eps, squeeze_only=True, cavitation=kind) for kind in ("guembel", "reynolds", "full")
-        )
-        assert half.sommerfeld < ruptured.sommerfeld
-        if eps == 0.0:
-            assert full.sommerfeld == pytest.approx(2.0 * half.sommerfeld, rel=1e-3)
-            assert ruptured.sommerfeld < full.sommerfeld
-
-
-def test_film_of_pure_squeeze_has_no_side():
-    grid, rng = journal_grid(64, 12), np.random.default_rng(1)
-    for eps in some(rng.uniform(0.0, 0.98, 10)):
-        force = film(grid, 0.5, (eps, 0.0), (1.0, 0.0)).force
-        assert force[0] < 0.0
-        assert np.abs(force[1:]).max() < 1e-12 * abs(force[0])

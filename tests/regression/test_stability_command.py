@@ -1,6 +1,7 @@
 """The verb ``stability``: its JSON, its pictures, what it keeps and what it refuses. A map of two by three cells."""
 
 import json
+from dataclasses import replace
 from pathlib import Path
 
 import numpy as np
@@ -10,6 +11,7 @@ from cranktrain.cli.main import main
 from cranktrain.store import kept
 from cranktrain_lab import stability
 from cranktrain_lab.stability import kept_maps
+from cranktrain_lab.stability.draw import shown_deviation
 from cranktrain_lab.stability.stability_map import (
     Axis,
     Boundary,
