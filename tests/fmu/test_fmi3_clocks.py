@@ -1,7 +1,6 @@
 """Clocks of a cranktrain's FMU of FMI 3.0: ticks at firing dead centres, told to a host that uses event mode."""
 
 import csv
-import importlib.util
 import shutil
 import subprocess
 from itertools import pairwise
@@ -12,6 +11,7 @@ import pytest
 from fmpy import extract, read_model_description, simulate_fmu
 from fmpy.validation import validate_fmu
 from fmus_by_version import torsional_fmu
+from scripts import example
 
 from cranktrain.core.errors import InputError
 from cranktrain.engine.file import load_engine
@@ -43,18 +43,9 @@ def fmus(tmp_path_factory):
     return fmu
 
 
-def example():
-    """The example that listens to clocks."""
-    path = Path(__file__).resolve().parents[2] / "examples" / "fmu_dead_centres.py"
-    specification = importlib.util.spec_from_file_location("fmu_dead_centres", path)
-    module = importlib.util.module_from_spec(specification)
-    specification.loader.exec_module(module)
-    return module
-
-
 def heard(path, cycles, degrees, **options):
     """Ticks (angle in rad, cylinders from 0 on) and results of a run by FMPy in event mode at the FMU's start speed."""
-    unit = example().Listener(path)
+    unit = example("fmu_dead_centres").Listener(path)
     step = np.radians(degrees) / unit.start_speed
     result = unit.simulate(round(cycles * 720.0 / degrees) * step, step, **options)
     return numbered(unit), result
@@ -97,7 +88,7 @@ def test_dead_centres_are_found_while_the_speed_changes(fmus):
     """From 1000 to 2500 rev/min within two cycles, steps of 5 degrees at first and 12 at the end."""
     stop, step = 0.137, np.radians(5.0) / (0.5 * SPEED)
     speed = np.array([(0.0, 0.5 * SPEED), (stop, 1.25 * SPEED)], dtype=[("time", "f8"), ("speed", "f8")])
-    unit = example().Listener(fmus("diesel_i6"))
+    unit = example("fmu_dead_centres").Listener(fmus("diesel_i6"))
     unit.simulate(stop, step, input=speed)
     angles = load_engine("diesel_i6").firing_angles
     found = [(angle, k) for angle, cylinders in numbered(unit) for k in cylinders]
@@ -137,11 +128,11 @@ def test_events_leave_the_torsion_as_it_is(fmus, dense, tolerance):
 
 def test_fmu_dead_centres(fmus, capsys):
     """The example prints a line for each tick."""
-    found = example().main([str(fmus("diesel_i6")), "--cycles", "0.5"])
+    found = example("fmu_dead_centres").main([str(fmus("diesel_i6")), "--cycles", "0.5"])
     lines = capsys.readouterr().out.splitlines()
     assert len(lines) == len(found) == 3 and lines[0].endswith("120.0000 deg  cylinder[5].dead_centre")
     with pytest.raises(SystemExit, match="has no clocks; build it with"):
-        example().main([str(fmus("diesel_i6", False))])
+        example("fmu_dead_centres").main([str(fmus("diesel_i6", False))])
 
 
 @pytest.mark.slow

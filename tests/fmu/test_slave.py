@@ -29,8 +29,7 @@ def test_two_fmus_in_one_process_run_their_own_code(fmu, model, script, tmp_path
         """
 for i, words in ((1, "did you mean"), (2, "did the author mean"), (1, "did you mean")):
     unit = Unit(sys.argv[i])
-    status, text = unit.refusal(lambda: unit.start({"solver.integrator": "sdirk44"}))
-    assert words in text, text
+    unit.refuses(lambda: unit.start({"solver.integrator": "sdirk44"}), words)
 """,
         fmu,
         other,
@@ -52,8 +51,7 @@ def test_changed_copy_in_the_cache_is_repaired(fmu, script, tmp_path):
     # a refused parameter loads the package and compiles nothing
     run = """
 unit = Unit(sys.argv[1])
-status, text = unit.refusal(lambda: unit.start({"solver.integrator": "sdirk44"}))
-assert "did you mean" in text, text
+unit.refuses(lambda: unit.start({"solver.integrator": "sdirk44"}), "did you mean")
 """
     script(run, fmu, cache=tmp_path)
     copy = next(tmp_path.glob("fmu/cranktrain_*/core/errors.py"))
@@ -82,8 +80,7 @@ for data, word in ((b"x" * 500, "not one of cranktrain"),
                    (whole[:12] + b"0" * 64 + whole[76:], "another build"),
                    (whole[:-9] + b"?" + whole[-8:], "damaged")):
     state = unit.fmu.deSerializeFMUstate(data)
-    status, text = unit.refusal(lambda: unit.fmu.setFMUstate(state))
-    assert status > 2 and word in text, (status, text)
+    unit.refuses(lambda: unit.fmu.setFMUstate(state), word)
 assert unit.bits() == before
 
 # A checksum that is right tells nothing of the numbers: reals come behind the head, the motion at the end.
@@ -103,8 +100,7 @@ for value, place in wrong:
 for state in (mended(LAST, 1e10), mended(TIME, 9.9e6), whole):  # the pressure of a film, and after the latest start
     unit.fmu.setFMUstate(unit.fmu.deSerializeFMUstate(state))
 state = unit.fmu.deSerializeFMUstate(mended(HEAD, 1e9))
-status, text = unit.refusal(lambda: unit.fmu.setFMUstate(state))
-assert status > 2 and "cannot be" in text and "= 1000000000.0" in text, (status, text)
+unit.refuses(lambda: unit.fmu.setFMUstate(state), "cannot be", "= 1000000000.0")
 assert unit.bits() == before
 unit.run(1, first=3)
 """,
@@ -150,15 +146,13 @@ for start, off in ((0.0, 1e-7), (1000.0, 1e-3)):
     now = start + 0.9 * off
     unit.fmu.doStep(now, 1e-4)
     for away in (-1.2 * off, 1.2 * off):
-        status, text = unit.refusal(lambda: unit.fmu.doStep(now + 1e-4 + away, 1e-4))
-        assert status > 2 and "but the model stands at" in text, (status, text)
+        unit.refuses(lambda: unit.fmu.doStep(now + 1e-4 + away, 1e-4), "but the model stands at")
     unit.close()
 """,
     "a start may be twelve days early or late": """
 for time in (1e6, -1e6):
     unit = Unit(sys.argv[1])
-    status, text = unit.refusal(lambda: unit.fmu.setupExperiment(startTime=1.01 * time))
-    assert status > 2 and "at most 1e+06" in text, (status, text)
+    unit.refuses(lambda: unit.fmu.setupExperiment(startTime=1.01 * time), "at most 1e+06")
     unit.fmu.setupExperiment(startTime=time)
 """,
     # The empty dependencies are the truth: between steps no output answers to an input.
@@ -224,8 +218,7 @@ def test_lost_film_is_reported_and_the_state_stays_at_the_last_good_time(fmu, sc
 unit = Unit(sys.argv[1]).start().run(3)
 before, state = unit.bits(), unit.fmu.serializeFMUstate(unit.fmu.getFMUstate())
 unit.set_named("cylinder[3].pressure", 1e12)
-status, text = unit.refusal(lambda: unit.fmu.doStep(3e-4, 1e-4))
-assert status > 2 and "film of main[" in text and "solver.step" in text, (status, text)
+unit.refuses(lambda: unit.fmu.doStep(3e-4, 1e-4), "film of main[", "solver.step")
 assert unit.bits() == before
 unit.set_named("cylinder[3].pressure", 101325.0)
 assert unit.fmu.serializeFMUstate(unit.fmu.getFMUstate()) == state
@@ -253,8 +246,7 @@ def test_wrong_parameters_are_refused_at_initialization(fmu, script, parameter, 
     script(
         f"""
 unit = Unit(sys.argv[1])
-status, text = unit.refusal(lambda: unit.start({{{parameter!r}: {value}}}))
-assert status > 2 and {words!r} in text, (status, text)
+unit.refuses(lambda: unit.start({{{parameter!r}: {value}}}), {words!r})
 """,
         fmu,
     )

@@ -1,28 +1,21 @@
 """The verb damper-optimum and modal --damper: what their JSON holds, and wrong input."""
 
-import json
-
 import pytest
 
 from cranktrain.cli.main import main
 
 
-def run_json(capsys, *arguments):
-    assert main([*arguments, "--json"]) == 0
-    return json.loads(capsys.readouterr().out)
-
-
-def test_two_masses(capsys):
-    result = run_json(capsys, "damper-optimum", "--inertia-ratio", "1")
+def test_two_masses(run_json):
+    result = run_json("damper-optimum", "--inertia-ratio", "1")
     assert result["damping_ratio"] == pytest.approx(1.0 / 12.0**0.5, rel=1e-12)
     assert result["amplification"] == pytest.approx(3.0)
     assert result["frequency_ratio"] == pytest.approx((2.0 / 3.0) ** 0.5)
     assert result["by_search"] == pytest.approx({k: v for k, v in result.items() if k != "by_search"}, rel=1e-6)
 
 
-def test_an_engine(coarse, capsys):
-    first = run_json(capsys, "damper-optimum", str(coarse))
-    second = run_json(capsys, "damper-optimum", str(coarse), "--mode", "2")
+def test_an_engine(coarse, capsys, run_json):
+    first = run_json("damper-optimum", str(coarse))
+    second = run_json("damper-optimum", str(coarse), "--mode", "2")
     for result in (first, second):
         assert {"damping_ratio", "amplification", "frequency_ratio", "damping_nms_per_rad"} <= set(result)
         critical = 4.0 * 3.141592653589793 * result["mode_hz"] * result["effective_inertia_kgm2"]
@@ -32,9 +25,9 @@ def test_an_engine(coarse, capsys):
     assert "on the crank" in capsys.readouterr().out
 
 
-def test_modal_with_damper(coarse, capsys):
-    plain = run_json(capsys, "modal", str(coarse))
-    report = run_json(capsys, "modal", str(coarse), "--damper")
+def test_modal_with_damper(coarse, capsys, run_json):
+    plain = run_json("modal", str(coarse))
+    report = run_json("modal", str(coarse), "--damper")
     assert "damper" not in plain
     assert report["cranktrain"] == plain["cranktrain"]  # what the reference lists is without damper
     first = report["damper"]["first_torsional"]

@@ -1,10 +1,10 @@
 """The parts that ``docs/figures.py`` writes have their marks, each in one place, and no mark is without a maker."""
 
-import importlib.util
 import re
 from pathlib import Path
 
 import pytest
+from scripts import script
 
 from cranktrain.engine.file import load_engine
 from cranktrain.studies.total_error.shipped import shipped
@@ -14,10 +14,7 @@ DOCS = Path(__file__).resolve().parents[2] / "docs"
 
 @pytest.fixture(scope="module")
 def figures():
-    specification = importlib.util.spec_from_file_location("figures", DOCS / "figures.py")
-    module = importlib.util.module_from_spec(specification)
-    specification.loader.exec_module(module)
-    return module
+    return script("docs/figures.py")
 
 
 def test_marks_and_makers_belong_together(figures):

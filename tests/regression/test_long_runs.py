@@ -57,11 +57,10 @@ def test_ten_thousand_cycles_run_in_300_mb(tmp_path):
 
 
 @pytest.mark.parametrize("options", [("--cycles", "9"), ()])
-def test_a_file_written_on_the_way_holds_what_a_run_in_memory_does(tmp_path, capsys, options):
+def test_a_file_written_on_the_way_holds_what_a_run_in_memory_does(tmp_path, run_json, options):
     """Exactly so many cycles, more than are held, and a run that goes on until its outputs repeat."""
     path = tmp_path / "run.h5"
-    assert main([*RUN, *options, "--output", str(path), "--json"]) == 0
-    summary = json.loads(capsys.readouterr().out)
+    summary = run_json(*RUN, *options, "--output", str(path))
     cycles = 9 if options else None
     run = ct.simulate("diesel_i6", crank="rigid", bearings="held", speed_rpm=2000, step_deg=10, cycles=cycles)
     found, attributes = read_result(path)
