@@ -60,13 +60,11 @@ def test_ground_stands_in_for_the_block(engine, report, in_block):
     assert found["thrust_face_stiffness"] == pytest.approx(engine.thrust.block_stiffness, rel=1e-3)
 
 
-def test_free_crankshaft_torsion(report):
+def test_free_crankshaft_torsion_and_critical_speeds(report, engine, body):
+    """252 and 690 Hz; speeds of the file's table."""
     first, second = report["crankshaft_free"]["torsional_hz"]
     assert first == pytest.approx(252.0, rel=0.02)
     assert second == pytest.approx(690.0, rel=0.05)
-
-
-def test_critical_speeds(engine, body):
     published = np.array(engine.published.critical_speeds) * 30 / np.pi
     found = {entry["order"]: entry["rpm"] for entry in critical_speeds(engine, complete_crankshaft(engine, body))}
     own = [found[order] for order in engine.published.critical_orders]

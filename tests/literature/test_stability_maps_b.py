@@ -79,7 +79,7 @@ def test_coupled_masses_grow_and_set_in_as_derived(case):
     assert simulated_onset(masses, coupling, 0.8 * step, 1.2 * step) == pytest.approx(case["H_crit"], rel=1e-3)
 
 
-def test_onset_below_the_first_step_that_is_tried_is_found():
+def test_onset_is_found_below_the_first_step_that_is_tried_and_a_map_says_where_none_is():
     """What a held spring feeds in grows with H: weak dampers bear little, here 0.1 % of the longest step."""
     weak = TwoMass(d1=3e-3, d2=3e-3, dc=0.0)
     step = critical_step(weak, Coupling(), 4.0)
@@ -89,9 +89,6 @@ def test_onset_below_the_first_step_that_is_tried_is_found():
     # The search does not depend on how far it looks, and the slaves that integrate agree.
     assert step == pytest.approx(critical_step(weak, Coupling(), 0.1), rel=1e-9)
     assert simulated_onset(weak, Coupling(), 3.0 * step, 4.0 * step) == pytest.approx(step, rel=1e-3)
-
-
-def test_no_step_is_stable_without_dampers_and_a_map_says_so():
     none = critical_step(TwoMass(d1=0.0, d2=0.0, dc=0.0), Coupling(), 4.0)
     assert none.below
     assert str(none) == "below 4e-06"
@@ -176,15 +173,13 @@ def test_a_band_is_found_where_it_is_or_is_no_number(band, about, expected):
     assert found_band(crank, about) == pytest.approx(expected, abs=1e-4, nan_ok=True)
 
 
-def test_crank_grows_from_nothing_inside_a_band_and_not_outside():
+def test_crank_grows_from_nothing_inside_a_band_whose_width_is_of_first_order():
+    """Outside it swings on under the little that is left of its torque; the classical width errs by its square."""
     crank = single_crank(0.3)
     inside, below, above = (np.hypot(*crank.after(nu, 1e-5, 0.0, half_turns=30)) for nu in (0.96, 0.85, 1.06))
     # Some 1.27 a half turn; outside it swings on as it began and under the little that is left of its torque.
     assert inside > 0.05
     assert max(below, above) < 0.01
-
-
-def test_classical_width_of_the_first_band_is_its_first_order():
     misses = [np.abs(np.subtract(exact_band(e, 1), (1.0 - 0.25 * e, 1.0 + 0.25 * e))).max() for e in (0.02, 0.04)]
     assert misses[1] / misses[0] == pytest.approx(4.0, rel=0.05)
 
@@ -261,14 +256,12 @@ def test_starts_from_everywhere_reach_the_equilibrium_of_the_reynolds_equation(s
         assert abs(run.place - exact).max() < 0.02 * abs(exact)
 
 
-def test_starts_at_standstill_end_low_in_the_bore():
+def test_starts_at_standstill_end_low_in_the_bore_and_plain_newton_steps_lose_journals():
+    """The start finds journals that plain steps of Newton lose."""
     for size, direction in ((0.0, 0.0), (0.99, 90.0), (0.999, 180.0)):
         run = start(rotor(0.0), size, math.radians(direction))
         assert run.succeeded
         assert run.place.imag == pytest.approx(-0.978, abs=0.01)
-
-
-def test_plain_newton_steps_lose_journals_that_the_start_finds():
     assert not plain_newton(rotor(200.0), 0.3, 0.5 * math.pi)
     exact = reynolds_equilibrium(rotor(200.0), 200.0)
     assert plain_newton(rotor(200.0), abs(exact), math.atan2(exact.imag, exact.real))
