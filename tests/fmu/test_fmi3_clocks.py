@@ -98,15 +98,6 @@ def test_dead_centres_are_found_while_the_speed_changes(fmus):
         assert -1e-9 < behind <= NEAR
 
 
-def test_without_event_mode_results_are_those_of_an_fmu_without_clocks(fmus):
-    """To the bit, with clocks that nobody listens to."""
-    given = {"stop_time": 0.02, "output_interval": np.radians(1.5) / SPEED}
-    with_clocks, without = (simulate_fmu(str(fmus("diesel_i6", clocks)), **given) for clocks in (True, False))
-    assert with_clocks.dtype == without.dtype
-    for name in without.dtype.names:
-        np.testing.assert_array_equal(with_clocks[name], without[name], err_msg=name)
-
-
 @pytest.mark.parametrize(("dense", "tolerance"), [("on", 0.0), ("off", 1e-6)])
 def test_events_leave_the_torsion_as_it_is(fmus, dense, tolerance):
     """Of its range: internal steps pass over the events (on), or are split there (off)."""

@@ -8,6 +8,7 @@ import math
 import numpy as np
 import pytest
 from expected import cases
+from scipy.integrate import solve_ivp
 from some import some
 
 from cranktrain.film.journal.film import DAMPING, OUT_SIZE, journal_film
@@ -34,21 +35,15 @@ class Resistance:
 
 
 def orbit(resistance, load, eps, times):
-    """Eccentricity at ``times`` by Runge and Kutta's method."""
+    """Eccentricity at ``times``."""
 
     def rate(t, e):
         force = load(t)
-        return force / resistance(e, force) if force != 0.0 else 0.0
+        return force / resistance(e[0], force) if force != 0.0 else 0.0
 
-    path = [eps]
-    for t, dt in zip(times, np.diff(times), strict=False):
-        k1 = rate(t, eps)
-        k2 = rate(t + 0.5 * dt, eps + 0.5 * dt * k1)
-        k3 = rate(t + 0.5 * dt, eps + 0.5 * dt * k2)
-        k4 = rate(t + dt, eps + dt * k3)
-        eps += dt / 6.0 * (k1 + 2.0 * k2 + 2.0 * k3 + k4)
-        path.append(eps)
-    return np.array(path)
+    found = solve_ivp(rate, times[[0, -1]], [eps], t_eval=times, rtol=1e-6, atol=1e-8)
+    assert found.success
+    return found.y[0]
 
 
 @pytest.mark.parametrize(("eps", "expected"), SQUEEZE["short_pifilm_squeeze"]["expected"]["J"].items())
