@@ -23,32 +23,14 @@ def _uff(path, time, columns, units, binary=0):
     even = bool(time.size > 1 and np.ptp(np.diff(time)) < 1e-6)
     for node, (name, values) in enumerate(columns.items(), start=1):
         n = min(time.size, len(values))
-        file.write_sets(
-            {
-                "type": 58,
-                "binary": binary,
-                "func_type": 1,
-                "rsp_ent_name": name,
-                "rsp_node": 0,
-                "rsp_dir": 0,
-                "ref_dir": 0,
-                "ref_node": 0,
-                "id1": f"run {node}",
-                "data": np.asarray(values[:n], dtype=float),
-                "x": time[:n],
-                "num_pts": n,
-                "abscissa_spec_data_type": 17,
-                "abscissa_axis_units_lab": "s",
-                "ordinate_spec_data_type": 0,
-                "ordinate_axis_units_lab": units.get(name, "NONE"),
-                "orddenom_spec_data_type": 0,
-                "ord_data_type": 4,
-                "abscissa_spacing": int(even),
-                "abscissa_min": float(time[0]) if n else 0.0,
-                "abscissa_inc": float(time[1] - time[0]) if even else 0.0,
-            },
-            "add",
-        )
+        about = dict.fromkeys(("rsp_node", "rsp_dir", "ref_dir", "ref_node", "ordinate_spec_data_type"), 0)
+        about |= {"type": 58, "binary": binary, "func_type": 1, "rsp_ent_name": name, "id1": f"run {node}"}
+        about |= {"data": np.asarray(values[:n], dtype=float), "x": time[:n], "num_pts": n, "ord_data_type": 4}
+        about |= {"abscissa_spec_data_type": 17, "abscissa_axis_units_lab": "s", "orddenom_spec_data_type": 0}
+        about |= {"ordinate_axis_units_lab": units.get(name, "NONE"), "abscissa_spacing": int(even)}
+        about["abscissa_min"] = float(time[0]) if n else 0.0
+        about["abscissa_inc"] = float(time[1] - time[0]) if even else 0.0
+        file.write_sets(about, "add")
 
 
 def _uffb(path, time, columns, units):

@@ -9,7 +9,7 @@ from pathlib import Path
 
 import pytest
 from coarse_engines import COARSE, NATIVE, built, coarse
-from fmus_by_version import VERSIONS, module_fmu, six, torsional_fmu
+from fmus_by_version import MODULES, VERSIONS, module_fmu, six, torsional_fmu
 from inside_a_step import PARTNERS, Engine
 from small_fmus import LOUD, MASS, SPRING, small_fmu
 
@@ -19,7 +19,6 @@ from cranktrain.engine.file import load_engine
 from cranktrain.fmu.build import build_fmu
 from cranktrain.fmu.flat import FlatModel
 from cranktrain.loads.gas_pressure import GasTrace
-from cranktrain.modules.register import module_files
 from cranktrain_lab.coupling.modules import COMBUSTION, CRANKTRAIN, VALVETRAIN
 from cranktrain_lab.coupling.recording_unit import MeasuredPressures
 
@@ -149,7 +148,6 @@ def script(cache):
 
 
 SOURCES = Path(__file__).parents[2] / "fmu_src"
-MODULES = [name for name in module_files() if name.endswith("_i6")]
 
 
 @pytest.fixture(

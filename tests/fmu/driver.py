@@ -1,6 +1,7 @@
 """Low-level access to an FMU for scripts that tests run in processes of their own."""
 
 import ctypes
+import gc
 import math
 import sys
 
@@ -79,6 +80,11 @@ class Unit:
             return error.status, " ".join(self.log)
         sys.exit("the call was accepted")
 
+    def refuses(self, action, *words):
+        """Check that a call fails as an error, 3 or 4, in at most two lines of the log, which hold these words."""
+        status, text = self.refusal(action)
+        assert status > 2 and len(text.splitlines()) <= 2 and all(word in text for word in words), (status, text)
+
     def close(self):
         self.fmu.terminate()
         self.fmu.freeInstance()
@@ -93,6 +99,22 @@ def blocked(*names):
                 raise ModuleNotFoundError(f"blocked: {name}")
 
     sys.meta_path.insert(0, Blocker())
+
+
+class Heap(ctypes.Structure):
+    """What glibc says of memory that was given out."""
+
+    names = "arena ordblks smblks hblks hblkhd usmblks fsmblks uordblks fordblks keepcost"
+    _fields_ = [(name, ctypes.c_size_t) for name in names.split()]
+
+
+def in_use():
+    """Bytes that the C library has given out."""
+    gc.collect()
+    heap = ctypes.CDLL(None).mallinfo2
+    heap.restype = Heap
+    now = heap()
+    return now.uordblks + now.hblkhd
 
 
 NAN = math.nan

@@ -51,8 +51,12 @@ def small_fmu(folder: Path, name: str, text: str, variables: dict, step: list[st
     body = []
     for variable, (causality, start) in variables.items():
         fixed = ", variability=Fmi2Variability.fixed" if causality == "parameter" else ""
-        body.append(f"self.{variable} = {start}")
-        body.append(f'self.register_variable(Real("{variable}", causality=Fmi2Causality.{causality}{fixed}))')
+        place = f"self.__dict__[{variable!r}]"
+        body.append(f"{place} = {start}")
+        body.append(
+            f"self.register_variable(Real({variable!r}, causality=Fmi2Causality.{causality}{fixed}, "
+            f"getter=lambda: {place}, setter=lambda v: self.__dict__.__setitem__({variable!r}, v)))"
+        )
     script = folder / f"{name.lower()}.py"
     lines = {"body": body, "step": step}
     indented = {key: "\n".join(f"        {line}" for line in found) for key, found in lines.items()}
@@ -79,18 +83,7 @@ def edited(fmu: Path, target: Path, changes: Sequence[tuple[str, str]] = (), lea
 
 def small_combustion(folder: Path, name: str, cylinders: int, step: list[str], without: str = "") -> Path:
     """An FMU with the variables that a combustion has for the cranktrain, pressures of 1 bar, and odd steps."""
-    lines = []
-    names = [f"cylinder[{c + 1}].pressure" for c in range(cylinders)]
-    for key, cause in (("crank.angle", "input"), ("crank.speed", "input"), ("pressure.angle", "output"),
-                       ("indicated.torque", "output"), *((key, "output") for key in names)):  # fmt: skip
-        start = 1e5 if key in names else 0.0
-        if key != without:
-            lines += [
-                f"self.__dict__[{key!r}] = {start}",
-                f"self.register_variable(Real({key!r}, causality=Fmi2Causality.{cause}, "
-                f"getter=lambda: self.__dict__[{key!r}], setter=lambda v: self.__dict__.__setitem__({key!r}, v)))",
-            ]
-    script = folder / f"{name.lower()}.py"
-    body, step = ("\n".join(f"        {line}" for line in found) for found in (lines, step))
-    script.write_text(SLAVE.format(name=name, text="Combustion with odd steps", body=body, step=step))
-    return Path(FmuBuilder.build_FMU(script, dest=folder, needsExecutionTool="false"))
+    variables = dict.fromkeys(("crank.angle", "crank.speed"), ("input", 0.0))
+    variables |= {key: ("output", 0.0) for key in ("pressure.angle", "indicated.torque") if key != without}
+    variables |= {f"cylinder[{c + 1}].pressure": ("output", 1e5) for c in range(cylinders)}
+    return small_fmu(folder, name, "Combustion with odd steps", variables, step)

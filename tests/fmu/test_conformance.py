@@ -12,8 +12,10 @@ import numpy as np
 import pytest
 from benchmarks._clients import CLIENTS
 from benchmarks.clients import Job, checked, difference
+from coarse_engines import built, coarse, is_native
 from fmpy import read_csv, read_model_description, simulate_fmu
 from fmpy.validation import validate_fmu
+from fmus_by_version import MODULES
 from some import some
 
 from cranktrain.core.errors import InputError
@@ -27,6 +29,8 @@ from cranktrain.modules.register import module_files, module_of
 
 CHEAP = {"crank.level": "rigid", "bearing.level": "linear"}
 """Levels of the cranktrain that cost least; other FMUs have none of them."""
+CHOSEN = {"gas.load": 0.5, "scatter.fuel": 0.02, "scatter.seed": 7.0, "train.lash": 1e-4}
+"""Parameters of one or another FMU, which a state brings along."""
 HEAD = f"""
 def fresh(name="unit", folder=None):
     unit = Unit(sys.argv[1], name, folder)
@@ -78,8 +82,11 @@ for unit in units:
 
 def test_a_state_goes_back_and_on_to_the_bit(shipped, script, tmp_path):
     """In the instance, behind its end too, in another one, and serialized in another process."""
-    begin = """
-unit = fresh().run(20)
+    begin = f"""
+unit = Unit(sys.argv[1])
+unit.start({{key: value for key, value in {CHEAP | CHOSEN!r}.items() if key in unit.reference}}).run(20)
+"""
+    begin += """
 state = unit.fmu.getFMUstate()
 open(sys.argv[2], "wb").write(unit.fmu.serializeFMUstate(state))
 on = unit.run(20, first=20).bits()
@@ -121,11 +128,6 @@ REFUSED = (
 """Calls that are refused, what goes before them, and what is said."""
 
 
-def is_native(path):
-    """Whether an FMU is machine code."""
-    return not read_model_description(str(path)).coSimulation.needsExecutionTool
-
-
 def test_illegal_calls_are_refused_and_harm_nothing(shipped, script):
     """Each says why in one line; instance and host live on. Fatal where the wrapping library knows no other refusal."""
     kind, fatal = read_model_description(str(shipped)).coSimulation, 3 if is_native(shipped) else 4
@@ -155,8 +157,6 @@ unit.run(2, first=2).close()
 @pytest.fixture(scope="session")
 def neighbour(fmu, tmp_path_factory):
     """The cranktrain's FMU with another GUID and other data: another build, which shares its code."""
-    from coarse_engines import built, coarse
-
     return built(coarse("diesel_v8"), tmp_path_factory.mktemp("neighbour"))
 
 
@@ -182,16 +182,6 @@ print(both[1].bits())
 
 
 LONG = """
-import gc
-class Heap(ctypes.Structure):
-    names = "arena ordblks smblks hblks hblkhd usmblks fsmblks uordblks fordblks keepcost"
-    _fields_ = [(name, ctypes.c_size_t) for name in names.split()]
-heap = ctypes.CDLL(None).mallinfo2
-heap.restype = Heap
-def in_use():
-    gc.collect()
-    now = heap()
-    return now.uordblks + now.hblkhd
 unit = fresh().run(20000)
 before = in_use()
 unit.run(80000, first=20000)
@@ -253,7 +243,6 @@ unit.run(20)
 print("numba" in sys.modules, *unit.bits())
 """
 PLACE = "/fmu/native/lib/"
-MODULES = [name for name in module_files() if name.endswith("_i6")]
 
 
 def carried(fmu):

@@ -38,7 +38,6 @@ def run(ran, tmp_path):
     return run
 
 
-@pytest.mark.slow
 def test_csv_driven(run, fmu):
     """Pressures from the file in place of the trace that they are made of, at the angle of the mean wind-up."""
     assert run("csv_driven", 0.5, fmu) == pytest.approx(1.0, abs=0.05)

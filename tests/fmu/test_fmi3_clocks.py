@@ -1,10 +1,8 @@
 """Clocks of a cranktrain's FMU of FMI 3.0: ticks at firing dead centres, told to a host that uses event mode."""
 
 import csv
-import importlib.util
 import shutil
 import subprocess
-from contextlib import closing
 from itertools import pairwise
 from pathlib import Path
 
@@ -13,13 +11,13 @@ import pytest
 from fmpy import extract, read_model_description, simulate_fmu
 from fmpy.validation import validate_fmu
 from fmus_by_version import torsional_fmu
+from scripts import example
 
 from cranktrain.core.errors import InputError
 from cranktrain.engine.file import load_engine
 from cranktrain.fmu.build import build_fmu
 from cranktrain.fmu.description3 import clock_table
 from cranktrain.fmu.engine_fmu import engine_interface, product
-from cranktrain_lab.coupling.fmu3_unit import open_fmu
 
 SPEED = 2000.0 * np.pi / 30.0
 CYCLE = 4.0 * np.pi
@@ -45,18 +43,9 @@ def fmus(tmp_path_factory):
     return fmu
 
 
-def example():
-    """The example that listens to clocks."""
-    path = Path(__file__).resolve().parents[2] / "examples" / "fmu_dead_centres.py"
-    specification = importlib.util.spec_from_file_location("fmu_dead_centres", path)
-    module = importlib.util.module_from_spec(specification)
-    specification.loader.exec_module(module)
-    return module
-
-
 def heard(path, cycles, degrees, **options):
     """Ticks (angle in rad, cylinders from 0 on) and results of a run by FMPy in event mode at the FMU's start speed."""
-    unit = example().Listener(path)
+    unit = example("fmu_dead_centres").Listener(path)
     step = np.radians(degrees) / unit.start_speed
     result = unit.simulate(round(cycles * 720.0 / degrees) * step, step, **options)
     return numbered(unit), result
@@ -99,7 +88,7 @@ def test_dead_centres_are_found_while_the_speed_changes(fmus):
     """From 1000 to 2500 rev/min within two cycles, steps of 5 degrees at first and 12 at the end."""
     stop, step = 0.137, np.radians(5.0) / (0.5 * SPEED)
     speed = np.array([(0.0, 0.5 * SPEED), (stop, 1.25 * SPEED)], dtype=[("time", "f8"), ("speed", "f8")])
-    unit = example().Listener(fmus("diesel_i6"))
+    unit = example("fmu_dead_centres").Listener(fmus("diesel_i6"))
     unit.simulate(stop, step, input=speed)
     angles = load_engine("diesel_i6").firing_angles
     found = [(angle, k) for angle, cylinders in numbered(unit) for k in cylinders]
@@ -107,15 +96,6 @@ def test_dead_centres_are_found_while_the_speed_changes(fmus):
     for angle, k in found:
         behind = (angle - angles[k] + NEAR) % CYCLE - NEAR
         assert -1e-9 < behind <= NEAR
-
-
-def test_without_event_mode_results_are_those_of_an_fmu_without_clocks(fmus):
-    """To the bit, with clocks that nobody listens to."""
-    given = {"stop_time": 0.02, "output_interval": np.radians(1.5) / SPEED}
-    with_clocks, without = (simulate_fmu(str(fmus("diesel_i6", clocks)), **given) for clocks in (True, False))
-    assert with_clocks.dtype == without.dtype
-    for name in without.dtype.names:
-        np.testing.assert_array_equal(with_clocks[name], without[name], err_msg=name)
 
 
 @pytest.mark.parametrize(("dense", "tolerance"), [("on", 0.0), ("off", 1e-6)])
@@ -139,11 +119,11 @@ def test_events_leave_the_torsion_as_it_is(fmus, dense, tolerance):
 
 def test_fmu_dead_centres(fmus, capsys):
     """The example prints a line for each tick."""
-    found = example().main([str(fmus("diesel_i6")), "--cycles", "0.5"])
+    found = example("fmu_dead_centres").main([str(fmus("diesel_i6")), "--cycles", "0.5"])
     lines = capsys.readouterr().out.splitlines()
     assert len(lines) == len(found) == 3 and lines[0].endswith("120.0000 deg  cylinder[5].dead_centre")
     with pytest.raises(SystemExit, match="has no clocks; build it with"):
-        example().main([str(fmus("diesel_i6", False))])
+        example("fmu_dead_centres").main([str(fmus("diesel_i6", False))])
 
 
 @pytest.mark.slow
@@ -183,22 +163,9 @@ def test_an_fmu_has_clocks_only_if_they_are_asked_for(fmus):
     assert not about.coSimulation.hasEventMode and not any(v.type == "Clock" for v in about.modelVariables)
 
 
-def test_our_own_master_takes_an_fmu_with_clocks(fmus):
-    """It uses no event mode."""
-    with closing(open_fmu(fmus("diesel_i6"), "crank")) as unit:
-        unit.link([], ["crank.angle"])
-        unit.initialize(0.0)
-        unit.step(0.0, 1e-4)
-        assert 0.0 < unit.read()[0] < 1.0
-    assert not any("dead_centre" in name for name in unit.outputs)
-
-
-def test_clocks_are_of_fmi_3(tmp_path):
+def test_clocks_are_of_fmi_3_and_need_dead_centres(tmp_path):
     with pytest.raises(InputError, match=r"clocks are of FMI 3\.0; build the FMU for it, or leave clocks out"):
         build_fmu("diesel_i6", tmp_path, clocks=True)
-
-
-def test_clocks_need_the_crank_angle_and_dead_centres():
     engine = load_engine("diesel_i6")
     made = product(engine, engine_interface(engine, clocks=True))
     fewer = [v for v in made.variables if v.name != "cylinder[3].firing_angle"]

@@ -52,13 +52,6 @@ def test_a_description_is_valid_and_its_families_are_arrays(fmus, module):
         assert level.declaredType.items[int(level.start) - 1].name == "torsional"
 
 
-def test_a_single_cylinder_has_arrays_of_one_element(tmp_path):
-    path = torsional_fmu("single_petrol", tmp_path, "3.0")
-    assert validate_fmu(str(path)) == []
-    shapes = {v.name: v.shape for v in read_model_description(str(path)).modelVariables}
-    assert shapes["cylinder.pressure"] == (1,)
-
-
 @pytest.mark.parametrize("engine", ["diesel_i6", "single_petrol"])
 @pytest.mark.parametrize(
     ("columns", "source", "told"),

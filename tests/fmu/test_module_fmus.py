@@ -11,15 +11,16 @@ import combustion_cycles
 import numpy as np
 import pytest
 import valve_trains
-from fmpy import read_csv, read_model_description, simulate_fmu
+from fmpy import read_csv, simulate_fmu
 from fmpy.validation import validate_fmu
+from fmus_by_version import check_counts
 
 from cranktrain.core.errors import CranktrainError, InputError
 from cranktrain.fmu import archive, module_fmu
 from cranktrain.fmu.build import build_fmu
 from cranktrain.modules.combustion.simulation import CombustionSimulation
 from cranktrain.modules.module_settings import with_chosen
-from cranktrain.modules.register import MODULES, module_files, module_path
+from cranktrain.modules.register import module_files, module_path
 from cranktrain.modules.valve_train.simulation import ValveTrainSimulation
 
 RPM = combustion_cycles.RPM
@@ -34,8 +35,6 @@ class Module(NamedTuple):
     models: ModuleType
     simulation: type
     shown: str
-    chosen: dict
-    """Start values of a run whose state goes on elsewhere."""
     refused: tuple
     """Name, value and words of each start value that is refused."""
     no_start: tuple
@@ -46,7 +45,6 @@ class Module(NamedTuple):
 ROWS = (
     Module(
         "combustion", "combustion", combustion_cycles, CombustionSimulation, "cylinder[1..6].fuel_mass",
-        {"scatter.fuel": 0.02, "scatter.seed": 7.0},
         (("intake.temperature", 10.0, "'intake.temperature' is 10.0"),
          ("cylinder[3].fuel_mass", -1.0, "'cylinder[3].fuel_mass' is -1.0"),
          ("lift.source", "both", "valid: auto, built-in, input")),
@@ -54,7 +52,6 @@ ROWS = (
     ),
     Module(
         "valvetrain", "valve_train", valve_trains, ValveTrainSimulation, "cylinder[1..6].intake_lift",
-        {"crank.speed": 360.0},
         (("crank.speed", -1.0, "'crank.speed' is -1.0"), ("train.stiffness", 10.0, "'train.stiffness' is 10.0"),
          ("inputs.at", "middle", "valid: begin, end")),
         ("cam.base_radius", 0.004, "'cam.base_radius' 4 mm is too small for the intake cam"),
@@ -82,11 +79,7 @@ def test_every_module_file_makes_a_valid_fmu(name, tmp_path):
     path = build_fmu(name, tmp_path, platforms=())
     assert validate_fmu(str(path)) == []
     assert path.stem == "".join(part.capitalize() for part in name.split("_"))
-    variables = read_model_description(str(path)).modelVariables
-    counted = [sum(v.causality == kind for v in variables) for kind in ("input", "output", "parameter")]
-    text = (archive.ROOT / "docs" / "fmu.md").read_text(encoding="utf-8")
-    row = next(line for line in text.splitlines() if line.startswith(f"| `{path.name}`"))
-    assert [int(cell) for cell in row.split("|")[3:6]] == counted
+    check_counts(path)
 
 
 def test_a_process_that_has_run_an_fmu_builds_one_whole_and_equal(module, fmu, tmp_path):
@@ -134,33 +127,15 @@ def test_fmu_and_direct_calls_agree_to_the_bit(module, fmu, script):
     assert json.loads(done.stdout) == [float(value).hex() for value in simulation.outputs]
 
 
-def test_a_state_brings_what_was_chosen_to_another_process(module, fmu, script, tmp_path):
-    keep = f"""
-unit = Unit(sys.argv[1]).start({module.chosen!r}).run(150)
-state = unit.fmu.getFMUstate()
-open(sys.argv[2], "wb").write(unit.fmu.serializeFMUstate(state))
-print(unit.run(300, first=150).bits())
-"""
-    go_on = """
-unit = Unit(sys.argv[1]).start()
-unit.fmu.setFMUstate(unit.fmu.deSerializeFMUstate(open(sys.argv[2], "rb").read()))
-print(unit.run(300, first=150).bits())
-"""
-    first = script(keep, fmu, tmp_path / "state").stdout
-    assert script(go_on, fmu, tmp_path / "state").stdout == first
-
-
 def test_refusals_are_one_line(module, fmu, script):
     script(
         f"""
 unit = Unit(sys.argv[1])
 for name, value, words in {module.refused!r}:
-    status, text = unit.refusal(lambda: unit.set_named(name, value))
-    assert words in text, text
+    unit.refuses(lambda: unit.set_named(name, value), words)
 name, value, words = {module.no_start!r}
 unit.set_named(name, value)
-status, text = unit.refusal(lambda: unit.start())
-assert words in text, text
+unit.refuses(lambda: unit.start(), words)
 """,
         fmu,
     )
@@ -197,37 +172,12 @@ def test_the_cross_check_files_are_met(module, ran, tmp_path):
     assert again.returncode == 2 and len(again.stderr.splitlines()[-1:]) == 1
 
 
-@pytest.mark.parametrize(
-    ("words", "says"),
-    [
-        (["combustion_i7"], "unknown module 'combustion_i7': did you mean 'combustion_i6'?"),
-        (["combustion_i6", "--no-block"], "--no-block belongs to an engine, not to a module"),
-    ],
-)
-def test_what_cannot_be_built_is_refused_in_one_line(words, says, ran, tmp_path):
-    done = ran(BUILD, *words, "-o", tmp_path / "dist")
-    assert done.returncode == 2 and done.stdout == "" and not (tmp_path / "dist").exists()
-    assert len(done.stderr.splitlines()) == 1 and says in done.stderr
-
-
 def test_a_file_of_an_unknown_module_is_refused(tmp_path):
     path = tmp_path / "mine.toml"
     path.write_text(module_files()["combustion_i6"].read_text("utf-8").replace('module = "comb', 'module = "camb'))
     assert module_path(path) == path
     with pytest.raises(InputError, match=r"mine.toml: module: 'cambustion' is not known; did you mean 'combustion'"):
         build_fmu(path, tmp_path)
-
-
-def test_the_register_names_folders():
-    for name, row in MODULES.items():
-        assert (row.folder / "interface.toml").is_file() and row.folder.name.replace("_", "") == name
-
-
-def test_the_model_description_of_a_combustion_tells_the_geometry():
-    starts = {v.name: v.start for v in product_of(ROWS[0]).variables}
-    assert starts["geometry.bore"] == 0.105 and starts["geometry.stroke"] == pytest.approx(0.12)
-    angles = [starts[f"cylinder[{i}].firing_angle"] for i in range(1, 7)]
-    assert angles == pytest.approx(list(combustion_cycles.six().firing_angles))
 
 
 def test_whatever_the_interface_allows_runs_or_is_refused(module):

@@ -10,14 +10,10 @@ import pytest
 from fmpy import read_model_description
 from lxml import etree
 from PIL import Image
-from some import some
 
-from cranktrain.core.errors import InputError
 from cranktrain.engine.file import load_engine
 from cranktrain.fmu import engine_fmu, module_fmu
-from cranktrain.fmu.archive import DESCRIPTION
-from cranktrain.fmu.description import read_interface
-from cranktrain.fmu.terminals_and_icons import TERMINALS, terminals_and_icons, used
+from cranktrain.fmu.terminals_and_icons import TERMINALS, terminals_and_icons
 from cranktrain.modules.register import module_files
 
 SCHEMA = Path(fmpy.__file__).parent / "schema" / "fmi3" / "fmi3TerminalsAndIcons.xsd"
@@ -98,18 +94,3 @@ def test_the_archive_holds_terminals_and_their_icons(fmu):
     assert all(min(size) >= 32 for size in pictures.values())
     variables = {v.name for v in read_model_description(str(fmu)).modelVariables}
     assert {m.get("variableName") for m in root.iter(MEMBER)} <= variables
-
-
-def test_an_unknown_terminal_is_refused(tmp_path):
-    for name in ("interface.toml", "units.toml"):
-        text = (DESCRIPTION / name).read_text().replace('terminals = ["gas"]', 'terminals = ["gaz"]', 1)
-        (tmp_path / name).write_text(text)
-    with pytest.raises(InputError, match=r"terminal 'gaz' does not exist; did you mean 'gas'"):
-        read_interface(tmp_path)
-
-
-def test_terminals_are_drawn_apart():
-    """No two icons of one FMU lie over each other."""
-    for product in some(products()["i6"]):
-        places = [TERMINALS[name].place for name in used(product.variables)]
-        assert all(abs(a - c) + abs(b - d) > 24.0 for (a, b), (c, d) in combinations(places, 2))

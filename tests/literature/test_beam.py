@@ -113,7 +113,8 @@ def test_simply_supported_beam_converges_to_timoshenko_at_second_order():
     np.testing.assert_allclose(np.log2(errors[1] / errors[2]), 2.0, atol=0.05)
 
 
-def test_torsion_of_a_frame_does_not_feel_the_speed_nor_does_rigid_rotation():
+def test_torsion_feels_no_speed_and_rigid_modes_are_exact():
+    """Of a frame: neither torsion nor rotation as a whole feels the speed; rigid motions are those of points."""
     body = rotor()
     torsion = [k for k in range(6, body.n_modes) if np.abs(body.shapes[:, :3, k]).max() < 1e-6]
     assert torsion
@@ -122,9 +123,6 @@ def test_torsion_of_a_frame_does_not_feel_the_speed_nor_does_rigid_rotation():
     for k in torsion:
         if np.abs(body.shapes[:, 5, k]).max() > 0.1:
             assert abs(spin[k, k]) < 1e-9
-
-
-def test_rigid_modes_of_a_frame_are_exact():
     body = rotor()
     coordinates = rigid_coordinates(body)
     for row, position in some(zip(body.shapes, body.positions, strict=True)):

@@ -79,16 +79,14 @@ def box():
     return hz, (model.mass @ modes)[nodes], model.positions[:, nodes[0]]
 
 
-def test_bending_of_a_box(box):
+def test_bending_and_longitudinal_motion_of_a_box(box):
+    """Timoshenko's beam with Cowper's shear coefficient of a thin-walled square tube, and a bar."""
     hz, _, _ = box
     # Cowper's shear coefficient of a thin-walled square tube.
     shear = 20 * (1 + NU) / (48 + 39 * NU)
     outer, inner = SIDE + WALL, SIDE - WALL
     exact = timoshenko_free_free(0, LENGTH, outer**2 - inner**2, (outer**4 - inner**4) / 12, shear, IRON)
     assert hz[6:8] == pytest.approx(exact, rel=0.01)
-
-
-def test_longitudinal_motion_of_a_box(box):
     hz, (_, _, w), (_, _, z) = box
     longitudinal = hz[np.argmax(np.abs(np.cos(np.pi * z / LENGTH) @ w))]
     assert longitudinal == pytest.approx(np.sqrt(E / RHO) / (2 * LENGTH), rel=0.01)

@@ -61,13 +61,9 @@ def test_woschnis_coefficient():
     assert piston_term(True, 1.0) == pytest.approx(6.597) and piston_term(False, 1.0) == pytest.approx(2.588)
 
 
-def test_ignition_delay_of_assanis():
-    """τ = 2.4 φ^−0.2 p^−1.02 exp(2100/T) ms at 50 bar, 900 K, φ 0.5: 2.4 · 1.148698 · 0.0184951 · 10.3123."""
+def test_ignition_delay_of_assanis_and_premixed_share_of_watson():
+    """τ = 2.4 φ^−0.2 p^−1.02 exp(2100/T) ms; β = 1 − 0.926 φ^0.37/τ^0.26, none without a delay."""
     delay = 1.0 / ignition_rate(50e5, 900.0, 0.5, 2.4e-3, 1.02, 2100.0, 0.2)
     assert delay == pytest.approx(1e-3 * 2.4 * 1.148698 * 0.0184951 * 10.3123, rel=1e-4)
-
-
-def test_premixed_share_of_watson():
-    """β = 1 − 0.926 φ^0.37 / τ^0.26 at φ 0.5 and 1 ms; nothing is premixed without a delay."""
     assert premixed_share(0.5, 1e-3, 0.926, 0.37, 0.26) == pytest.approx(1.0 - 0.926 * 0.773783, rel=1e-5)
     assert premixed_share(0.5, 1e-6, 0.926, 0.37, 0.26) == 0.0

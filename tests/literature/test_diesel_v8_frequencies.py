@@ -100,7 +100,8 @@ def test_balance_weights_cancel_the_rotating_couple(engine, body):
     assert np.hypot(*complete.centre[:2]) * complete.mass < 1e-3 * turning * throw
 
 
-def test_flywheel_clutch_and_outer_rings_are_attached(engine, body):
+def test_parts_are_attached_and_a_clutch_is_a_part_of_the_flywheel(engine, body):
+    """Outer rings do not turn with the crank: on the axis they add nothing to its polar inertia."""
     complete = complete_crankshaft(engine, body)
     weights = engine.balance_weights
     parts = engine.flywheel.mass + engine.clutch.mass + engine.pulley.mass + sum(engine.main_roller.ring_mass)
@@ -109,9 +110,6 @@ def test_flywheel_clutch_and_outer_rings_are_attached(engine, body):
     polar += engine.flywheel.polar_inertia + engine.clutch.polar_inertia + engine.pulley.polar_inertia
     # Outer rings do not turn with the crank: on the axis they add nothing to its polar inertia.
     assert complete.inertia[2, 2] - body.inertia[2, 2] == pytest.approx(polar)
-
-
-def test_a_clutch_is_a_part_of_the_flywheel(engine, body):
     f, c = engine.flywheel, engine.clutch
     mass = f.mass + c.mass
     offset = (f.mass * f.offset + c.mass * c.offset) / mass

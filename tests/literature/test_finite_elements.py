@@ -26,12 +26,10 @@ def bar_modes():
     return hz, {kind: hz[6 + np.argmax(np.abs(share[6:]))] for kind, share in shares.items()}
 
 
-def test_torsion_of_a_round_bar(bar_modes):
+def test_torsion_and_longitudinal_motion_of_a_round_bar(bar_modes):
+    """Torsion √(G/ρ)/2L; Rayleigh and Love: lateral inertia lowers the longitudinal frequency by 0.025 %."""
     exact = np.sqrt(SHEAR_MODULUS / STEEL.density) / (2 * LENGTH)
     assert bar_modes[1]["torsion"] == pytest.approx(exact, rel=1e-3)
-
-
-def test_longitudinal_motion_of_a_round_bar(bar_modes):
     bar = np.sqrt(STEEL.youngs_modulus / STEEL.density) / (2 * LENGTH)
     # Rayleigh and Love: the lateral inertia lowers the bar's frequency by 0.025 % at this slenderness.
     lateral = STEEL.poisson_ratio**2 * np.pi**2 * RADIUS**2 / (2 * LENGTH**2)

@@ -22,14 +22,12 @@ TABLE = contact_table()
 SIGMA, MODULUS = 0.4e-6, 60e9
 
 
-@pytest.mark.parametrize(("gap_ratio", "exact", "fit", "area"), ROWS)
-def test_tabulated_integrals_are_the_exact_ones(gap_ratio, exact, fit, area):
+@pytest.mark.parametrize(("gap_ratio", "exact", "area"), [(row[0], row[1], row[3]) for row in ROWS])
+def test_tabulated_integrals_are_the_exact_ones(gap_ratio, exact, area):
     f, slope, f2 = contact_integrals(float(gap_ratio), TABLE, True)
     assert f == pytest.approx(exact, rel=1e-8)
     assert f2 == pytest.approx(area, rel=1e-8)
     assert slope == pytest.approx(-2.5 * greenwood_tripp_integral(1.5, gap_ratio), rel=1e-6)
-    # The usual power law is what the case says it is: good near 1 to 1.5 only.
-    assert 4.4086e-5 * (4.0 - gap_ratio) ** 6.804 == pytest.approx(fit, rel=1e-12)
 
 
 def test_pressure_and_area_carry_the_published_factors():

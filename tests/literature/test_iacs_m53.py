@@ -52,24 +52,23 @@ def test_published_finite_elements_lie_within_the_scatter_of_the_rule(row):
         assert getattr(found, name.lower()) == pytest.approx(row[name], rel=scatter), name
 
 
-def test_factors_are_of_the_form_alone():
+def test_factors_are_of_the_form_alone_and_end_where_the_rule_says():
+    """The same for all sizes; an overlap below -1/2 counts as that; what lies outside is named; a bore that closes."""
     small, large = throw(0.2, 0.35, 1.5, 0.06, 0.05), throw(0.2, 0.35, 1.5, 0.06, 0.5)
     assert fillet_factors(small) == pytest.approx(fillet_factors(large), rel=1e-12)
-
-
-def test_overlap_below_minus_a_half_counts_as_that():
     assert fillet_factors(throw(-0.8, 0.5, 1.5, 0.05)) == pytest.approx(fillet_factors(throw(-0.5, 0.5, 1.5, 0.05)))
+    assert throw(0.557, 0.35, 1.5, 0.06).outside == ("s = 0.557 (at most 0.5)",)
+    assert throw(0.2, 0.15, 2.5, 0.06).outside == ("w = 0.15 (at least 0.2)", "b = 2.5 (at most 2.2)")
+    assert oil_bore_factors(0.0) == (3.0, 4.0)
 
 
-def test_recessed_fillets_raise_bending_alone():
+def test_recessed_fillets_raise_bending_and_a_journal_has_its_own_torsion_factor():
+    """Recesses raise bending alone; the journal's factor counts its own fillet over its own diameter."""
     plain = throw(0.2, 0.35, 1.5, 0.06)
     recessed = replace(plain, pin_recess=0.003, journal_recess=0.002)
     factor = 1.0 + 0.05 * (1.8 + 3.2 * 0.2)
     a, b = fillet_factors(plain), fillet_factors(recessed)
     assert b == pytest.approx((factor * a[0], a[1], factor * a[2], factor * a[3], a[4]))
-
-
-def test_journal_of_its_own_has_its_own_torsion_factor():
     plain = throw(0.2, 0.35, 1.5, 0.06)
     other = replace(plain, journal_diameter=0.12, throw=0.09, journal_fillet=0.0072)
     a, b = fillet_factors(plain), fillet_factors(other)
@@ -79,25 +78,14 @@ def test_journal_of_its_own_has_its_own_torsion_factor():
     assert b.beta_b == pytest.approx(a.beta_b * 1.2**-0.5568)
 
 
-def test_what_lies_outside_is_named():
-    assert throw(0.557, 0.35, 1.5, 0.06).outside == ("s = 0.557 (at most 0.5)",)
-    assert throw(0.2, 0.15, 2.5, 0.06).outside == ("w = 0.15 (at least 0.2)", "b = 2.5 (at most 2.2)")
-
-
-def test_oil_bore_that_closes_is_a_hole_in_a_plate_and_in_a_shaft():
-    assert oil_bore_factors(0.0) == (3.0, 4.0)
-
-
-def test_nominal_stresses_are_those_of_a_bar_and_a_shaft():
+def test_stresses_are_those_of_a_bar_and_a_shaft():
+    """Nominal stresses, and the equivalent stress where bending or torsion is alone."""
     plain = throw(0.2, 0.35, 1.5, 0.06)
     second = 0.15 * 0.035**3 / 12.0
     assert web_bending(plain, 100.0) == pytest.approx(100.0 * 0.0175 / second)
     polar = math.pi / 32.0 * (0.1**4 - 0.04**4)
     assert torsion(0.1, 0.04, 100.0) == pytest.approx(100.0 * 0.05 / polar)
     assert pin_bending(replace(plain, pin_bore=0.04), 100.0) == pytest.approx(100.0 * 0.05 / (0.5 * polar))
-
-
-def test_equivalent_stress_in_its_limits():
     assert fillet_stress(80e6, 0.0) == pytest.approx(90e6)
     assert fillet_stress(0.0, 60e6, 0.0) == pytest.approx(math.sqrt(3.0) * 60e6)
     assert oil_bore_stress(80e6, 0.0) == pytest.approx(80e6)
@@ -107,13 +95,10 @@ def test_equivalent_stress_in_its_limits():
 
 
 def test_fatigue_strength_term_by_term():
-    """At 785 MPa the term of strength vanishes; a pin of 100 mm and a fillet of 4 mm."""
+    """At 785 MPa the term of strength vanishes; a pin of 100 mm, a fillet of 4 mm; forming counts in the fillet."""
     expected = (0.42 * 785.0 + 39.3) * (0.264 + 1.073 * 100.0**-0.2 + 196.0 / 785.0 * 0.5)
     assert 1e-6 * fatigue_strength(STEEL, 0.1, 0.004) == pytest.approx(expected)
     assert fatigue_strength(STEEL, 0.1, 0.001) == fatigue_strength(STEEL, 0.1, 0.002)
-
-
-def test_forming_counts_in_the_fillet():
     forged = replace(STEEL, forming="grain-flow")
     assert fatigue_strength(forged, 0.1, 0.004) == pytest.approx(1.05 * fatigue_strength(STEEL, 0.1, 0.004))
     assert fatigue_strength(forged, 0.1, 0.004, fillet=False) == fatigue_strength(STEEL, 0.1, 0.004)

@@ -24,6 +24,7 @@ SHIP = load_engine("two_stroke_six")
 
 
 def test_limits_by_hand():
+    """By hand, see above; a bore weakens the section."""
     continuous, transient = permissible_stress(STRAIGHT, np.array([0.4, 1.0, 1.1]))
     assert 1e-6 * continuous[:2] == pytest.approx([72.0, 37.1], abs=0.05)
     assert 1e-6 * transient[0] == pytest.approx(122.4, abs=0.1)
@@ -32,9 +33,6 @@ def test_limits_by_hand():
     continuous, transient = permissible_stress(PROPELLER, np.array([0.4]))
     assert 1e-6 * continuous[0] == pytest.approx(39.0, abs=0.05)
     assert 1e-6 * transient[0] == pytest.approx(89.4, abs=0.1)
-
-
-def test_a_bore_weakens_the_section():
     bored = replace(STRAIGHT, bore=0.18)
     assert section_modulus(STRAIGHT) == pytest.approx(math.pi * 0.36**3 / 16.0)
     assert section_modulus(bored) == pytest.approx(section_modulus(STRAIGHT) * (1.0 - 0.5**4))

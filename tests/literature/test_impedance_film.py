@@ -8,12 +8,11 @@ large width only: up to B/D = 0.4 the load is within 1 % to ε = 0.95, as the pr
 import numpy as np
 import pytest
 from expected import cases
-from scipy.sparse import csc_array, diags_array
-from scipy.sparse.linalg import spsolve
 from some import some
 
 from cranktrain.film.laws.parabolic import WORK_SIZE, film_force, friction_torque, node_table
 from cranktrain.film.laws.parameters import CLEARANCE, COLUMNS, RADIUS, VISCOSITY, WIDTH
+from cranktrain.film.reynolds.field import Edges, solve_film
 
 STATIC = cases("bearing_static")
 SQUEEZE = cases("squeeze")
@@ -29,44 +28,18 @@ def parabolic(eps, v_r, v_t, width_ratio):
 
 
 def reynolds(eps, v_r, v_t, width_ratio, around=360, across=14):
-    """The same by central differences on half the width, rupture as complementarity p ≥ 0 by an active set."""
+    """The same of the general film, which ``test_reynolds_closed_forms.py`` holds to closed forms; half the width."""
     psi = 2 * np.pi * np.arange(around) / around
-    d_psi, d_z = 2 * np.pi / around, 0.5 / across
-    film, face = (1 - eps * np.cos(psi)) ** 3, (1 - eps * np.cos(psi + 0.5 * d_psi)) ** 3
-    # Unknowns (around, across): z from the middle (symmetric) to one step before the end, where p = 0.
-    index = np.arange(around * across).reshape(around, across)
-    rows, columns, values = [], [], []
-
-    def couple(a, b, conductance):
-        for i, j, sign in ((a, a, 1), (b, b, 1), (a, b, -1), (b, a, -1)):
-            rows.append(i.ravel())
-            columns.append(j.ravel())
-            values.append(sign * conductance.ravel())
-
-    weight = np.full(across, 1.0)
-    weight[0] = 0.5
-    couple(index, np.roll(index, -1, 0), face[:, None] * weight * d_z / d_psi)
-    axial = film[:, None] / (2 * width_ratio) ** 2 * d_psi / d_z * np.ones(across)
-    couple(index[:, :-1], index[:, 1:], axial[:, :-1])
-    end = np.zeros((around, across))
-    end[:, -1] = axial[:, -1]
-    stiffness = csc_array((np.concatenate(values), (np.concatenate(rows), np.concatenate(columns))))
-    stiffness = (stiffness + diags_array(end.ravel())).tocsc()
-    load = (12 * (v_r * np.cos(psi) + v_t * np.sin(psi))[:, None] * weight * d_psi * d_z).ravel()
-    carrying = load > 0
-    for _ in range(60):
-        pressure = np.zeros(load.size)
-        inside = np.flatnonzero(carrying)
-        pressure[inside] = spsolve(stiffness[inside][:, inside], load[inside])
-        lifting = load - stiffness @ pressure
-        wanted = np.where(carrying, pressure > 0, lifting > 1e-14)
-        if (wanted == carrying).all():
-            break
-        carrying = wanted
-    else:
-        raise AssertionError("the active set did not settle")
-    column = 2 * pressure.reshape(around, across) @ weight * d_psi * d_z
-    return np.array([column @ np.cos(psi), column @ np.sin(psi)])
+    film, closing = (
+        np.repeat(values[:, None], across + 1, axis=1)
+        for values in (1 - eps * np.cos(psi), v_r * np.cos(psi) + v_t * np.sin(psi))
+    )
+    solved = solve_film(
+        film, (2 * np.pi, width_ratio), squeeze=-closing, viscosity=1.0, periodic=True, cavitation="reynolds",
+        edges=Edges(z0=None),
+    )  # fmt: skip
+    pull = (solved.pressure * solved.areas).sum(axis=1)
+    return np.array([pull @ np.cos(psi), pull @ np.sin(psi)]) / width_ratio
 
 
 @pytest.mark.parametrize("width_ratio", [0.4, 1 / 3, 0.25, 0.2, 1 / 6, 0.125])

@@ -28,23 +28,6 @@ def test_sae_15w40_at_its_two_standard_points(celsius, pascal_seconds):
     assert viscosity(OIL, celsius + 273.15) == pytest.approx(pascal_seconds, rel=1e-4)
 
 
-def test_third_point_is_walthers_law_through_the_first_two():
-    # ASTM D341: lg lg(v + 0.7) is linear in lg T, v in mm²/s; density of the oil as it is in the engine file
-    def walther(kelvin):
-        def ordinate(eta):
-            return math.log10(math.log10(1e6 * eta / 870.0 + 0.7))
-
-        t1, t2 = math.log10(313.15), math.log10(373.15)
-        slope = (ordinate(0.0143) - ordinate(0.1)) / (t2 - t1)
-        lines = ordinate(0.1) + slope * (math.log10(kelvin) - t1)
-        return (10.0 ** (10.0**lines) - 0.7) * 870.0 / 1e6
-
-    assert viscosity(OIL, 423.15) == pytest.approx(walther(423.15), rel=0.02)
-    # two laws through the same points agree between them
-    for kelvin in (333.15, 353.15):
-        assert viscosity(OIL, kelvin) == pytest.approx(walther(kelvin), rel=0.02)
-
-
 def test_oil_temperature_follows_its_table_and_stays_constant_outside():
     rpm = math.pi / 30.0
     for speed, celsius in ((0, 80), (1000, 80), (1700, 92.5), (2400, 105), (4000, 105)):
@@ -69,7 +52,7 @@ def test_walthers_law_goes_through_its_points_and_is_straight_in_its_chart():
 def test_both_laws_of_the_engine_file_agree():
     """And the check of an oil, which writes them again, finds the viscosities of the runs."""
     walther = replace(OIL, law="walther")
-    for celsius, tolerance in ((40, 1e-3), (100, 1e-3), (60, 0.02), (80, 0.02), (120, 0.02), (150, 0.03)):
+    for celsius, tolerance in ((40, 1e-3), (100, 1e-3), (60, 0.02), (80, 0.02), (120, 0.02), (150, 0.02)):
         kelvin = celsius + 273.15
         assert viscosity(walther, kelvin) == pytest.approx(viscosity(OIL, kelvin), rel=tolerance)
         for oil in (walther, OIL):

@@ -9,7 +9,6 @@ import math
 
 import numpy as np
 import pytest
-from one_line import one_line
 from scipy.integrate import quad
 
 import cranktrain as ct
@@ -89,19 +88,3 @@ def test_friction_is_what_the_parts_rub():
     assert bare["contact_pressure_max_mpa"] < found(MIXED, hardness_mpa=1e5)["contact_pressure_max_mpa"] * 1.001
     soft = [found(SLOW, hardness_mpa=h)["contact_pressure_max_mpa"] for h in (30.0, 60.0, 1e5)]
     assert soft[0] < 30.0 and soft[1] < 60.0 and np.all(np.diff(soft) > 0.0)
-
-
-@pytest.mark.parametrize(
-    ("changes", "words"),
-    [
-        ({"roughness_um": None}, "needs roughness_um"),
-        ({"asperity_factor": 0.05}, "asperity_density does not go with asperity_factor"),
-        ({"asperity_ratio": 0.01}, "asperity_radius_um does not go with asperity_ratio"),
-        ({"asperity_density": 1e6}, "asperity_density and the rest give eta beta sigma of 16"),
-        ({"roughness_pattern": 20.0}, "roughness_pattern 20"),
-        ({"hardness_mpa": -1.0}, "hardness_mpa -1"),
-    ],
-)
-def test_surfaces_that_do_not_go_together_are_refused_in_one_line(changes, words):
-    with one_line(words):
-        found(MIXED, **changes)

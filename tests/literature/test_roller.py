@@ -33,7 +33,8 @@ def test_deflection_largest_load_and_stiffness_of_the_table(row):
     assert 1e-3 * found.stiffness[0, 0] == pytest.approx(stiffness, rel=1e-8)
 
 
-def test_two_of_palmgrens_contacts_in_series():
+def test_contacts_in_series_and_sjovalls_integral():
+    """Two of Palmgren's contacts in series; the standard's; Sjövall's integral as printed for the exponent 1.1."""
     one, two = (float(CONTACT[key].split("K=")[-1].split()[0]) for key in ("K_per_contact", "K_two_contacts"))
     assert CONTACT_LAWS["palmgren"] == pytest.approx(two, rel=1e-5)
     assert one ** (-0.9) + one ** (-0.9) == pytest.approx(CONTACT_LAWS["palmgren"] ** (-0.9), rel=1e-5)
@@ -42,23 +43,18 @@ def test_two_of_palmgrens_contacts_in_series():
     approach = 2 * 3.84e-5 * 1000.0**0.9 / 10.0**0.8
     lone = force_at(BEARING, np.array([1e-3 * approach, 0.0, 0.0, 0.0]))
     assert lone[21] == pytest.approx(1000.0, rel=1e-9)
-
-
-def test_both_contact_laws_share_the_load_alike_and_deflect_by_their_constants():
-    iso = RollerBearing(16, 10e-3, 10e-3, 60e-3, law="iso16281")
-    ours, theirs = under(5000.0), under(5000.0, iso)
-    np.testing.assert_allclose(theirs.loads, ours.loads, rtol=1e-8, atol=1e-6)
-    ratio = (CONTACT_LAWS["palmgren"] / CONTACT_LAWS["iso16281"]) ** 0.9
-    assert theirs.place[0] / ours.place[0] == pytest.approx(ratio, rel=1e-9)
-
-
-def test_sjovalls_integral():
     assert radial_integral(0.5) == pytest.approx(CONTACT["Jr_eps05_exact"], rel=1e-9)
     for epsilon, printed in PRINTED.items():
         assert radial_integral(epsilon) == pytest.approx(printed, rel=0.01), epsilon
 
 
-def test_largest_load_without_clearance_is_4_08_of_the_mean():
+def test_laws_share_the_load_alike_and_the_largest_is_4_08_of_the_mean():
+    """Both contact laws deflect by their constants; without clearance 4.08 of the mean, 1/J_r(1/2) of many."""
+    iso = RollerBearing(16, 10e-3, 10e-3, 60e-3, law="iso16281")
+    ours, theirs = under(5000.0), under(5000.0, iso)
+    np.testing.assert_allclose(theirs.loads, ours.loads, rtol=1e-8, atol=1e-6)
+    ratio = (CONTACT_LAWS["palmgren"] / CONTACT_LAWS["iso16281"]) ** 0.9
+    assert theirs.place[0] / ours.place[0] == pytest.approx(ratio, rel=1e-9)
     sixteen = under(5000.0)
     assert sixteen.loads.max() * 16 / 5000.0 == pytest.approx(4.0841, abs=5e-5)
     many = RollerBearing(1000, 10e-3, 1e-3, 0.5)

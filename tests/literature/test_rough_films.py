@@ -97,18 +97,6 @@ def test_a_time_step_conserves_the_oil_of_the_mean_gap():
     assert second.mass_defect < 1e-10
 
 
-def test_roughness_across_the_flow_carries_more_than_along_it():
-    """Ridges across hold the oil back where the wedge presses it out; those along let it go."""
-    h = np.linspace(6.0, 2.0, 101)[:, None] * SIGMA
-
-    def load(pattern):
-        return solve_film(
-            h, (LENGTH, WIDTH), speeds=(5.0, 0.0), viscosity=ETA, cavitation="full", roughness=Roughness(SIGMA, pattern)
-        ).load
-
-    assert load(1 / 6) > load(1.0) > load(6.0) > 0.0
-
-
 @pytest.mark.parametrize(
     ("changes", "said"),
     [

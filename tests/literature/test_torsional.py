@@ -10,7 +10,7 @@ from one_line import one_line
 from scipy.linalg import eigh
 from small_block import single
 
-from cranktrain.dynamics.simulation import Settings, Simulation, simulate
+from cranktrain.dynamics.simulation import Settings, simulate
 from cranktrain.engine.file import load_engine
 from cranktrain.engine.quantities import TORSIONAL_SOURCES
 from cranktrain.structure.crank.level import bare_crank, crank_body
@@ -38,16 +38,6 @@ def test_formulas_are_those_of_their_sources():
     carter = (39.0 + 0.8 * 24.0) / 85.0**4 + 0.75 * 42.0 / 70.0**4 + 1.5 * 60.0 / web
     assert throw_compliance(c, 0.039, "ker-wilson") == pytest.approx(1e9 * ker_wilson, rel=1e-12)
     assert throw_compliance(c, 0.039, "carter") == pytest.approx(1e9 * carter, rel=1e-12)
-
-
-def test_without_offset_and_web_carter_is_a_plain_shaft_but_for_its_empirical_shares():
-    """Journal and pin of one diameter, no throw, no web: L + 3/4 of l, and Ker Wilson's L + l + 0.8 D less the web."""
-    c = load_engine("diesel_i6").crankshaft
-    plain = replace(c, pin_diameter=c.main_diameter, throw=1e-12, web_thickness=1e-9, web_pin_radius=1e3)
-    d = c.main_diameter
-    assert throw_compliance(plain, 0.04, "carter") == pytest.approx((0.04 + 0.75 * c.pin_width) / d**4, rel=1e-6)
-    wide = replace(plain, throw=0.4 * d)
-    assert throw_compliance(wide, 0.04, "ker-wilson") == pytest.approx((0.04 + c.pin_width + 0.8 * d) / d**4, rel=1e-6)
 
 
 def test_unknown_sources_are_refused():
@@ -169,11 +159,3 @@ def test_a_longer_step_is_farther_from_the_frequency_domain_by_the_order_of_the_
         pulley = steady_run(engine, body, 2000.0 * RPM, step, 24)[0]
         errors.append(np.linalg.norm(pulley[:200] - exact.pulley[1:201]))
     assert 3.5 < math.log2(errors[0] / errors[1]) < 4.5
-
-
-def test_a_torsional_crank_runs_held_unless_told_otherwise():
-    engine = with_formula("diesel_i6")
-    body = crank_body(engine, "torsional")
-    run = simulate(engine, body, Settings(crank="torsional"), 2000.0 * RPM, 1)
-    assert "pulley.torsion" in run.outputs and "bearing[1].force.x" not in run.outputs
-    assert Simulation(engine, body, Settings(crank="torsional"), 2000.0 * RPM).settings.bearings == "held"

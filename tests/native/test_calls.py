@@ -80,24 +80,6 @@ def test_calls_are_allowed_as_the_standard_says(unit, phase):
         one.free()
 
 
-@pytest.mark.parametrize(
-    ("phase", "name", "arguments", "words"),
-    [
-        ("instantiated", "ExitInitializationMode", (),
-         "exitInitializationMode on an instance that is only instantiated; it must be in initialization mode"),
-        ("stepped", "EnterInitializationMode", (),
-         "enterInitializationMode on an instance that is initialized; it must be only instantiated"),
-        ("initializing", "DoStep", (0.0, 1e-4, 1),
-         "doStep before the initialization is complete; call exitInitializationMode first"),
-        ("terminated", "DoStep", (2e-4, 1e-4, 1),
-         "doStep on an instance that is terminated; reset it, or set a state"),
-        ("terminated", "Terminate", (), "terminate on an instance that is terminated; it must be initialized"),
-    ],
-)  # fmt: skip
-def test_calls_out_of_turn_say_what_is_due(unit, phase, name, arguments, words):
-    assert brought(unit(), phase).refused(name, *arguments) == f"unit: {words}"
-
-
 def test_a_call_without_an_instance_is_refused(unit):
     one = unit()
     for name, arguments, _ in some(calls(one)):
@@ -318,15 +300,3 @@ def test_instances_that_cannot_be_are_refused(unit, options, words):
     one = unit(**options)
     [(status, category, text)] = one.log
     assert one.component is None and (status, category) == (ERROR, "logStatusError") and words in text
-
-
-def test_instances_do_not_know_of_each_other(unit):
-    units = [unit(f"unit{k}") for k in range(50)]
-    for k, one in enumerate(units):
-        one.set("Real", {V["force"]: 10.0 + k % 25})
-        one.start()
-    for k in range(4):
-        for one in units[k % 2 :] + units[: k % 2]:
-            one.run(1, first=k)
-    found = [one.one("Real", V["position"]) for one in units]
-    assert found[:25] == found[25:] and len(set(found)) == 25

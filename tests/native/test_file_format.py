@@ -108,16 +108,3 @@ def test_a_second_variant_of_equal_arrays_adds_no_row():
     rows = len(made.tables["ARRY"])
     made.add(run(), {})
     assert len(made.tables["ARRY"]) == rows and made.tables["SLOT"][:rows] == made.tables["SLOT"][rows:]
-
-
-def test_a_table_that_is_the_same_object_is_looked_at_once(monkeypatch):
-    """Its megabytes are not read again for each of hundreds of variants; another of the same size is."""
-    made, one = images(), run()
-    made.add(one, {})
-    seen = []
-    keep = made._kept_row
-    monkeypatch.setattr(made, "_kept_row", lambda array, *rest: seen.append(array.shape) or keep(array, *rest))
-    made.add(one, {})
-    assert (8, 8) not in seen
-    made.add(one._replace(table=np.full((8, 8), 2.0)), {})
-    assert (8, 8) in seen and len(made.tables["ARRY"]) == 6

@@ -38,28 +38,6 @@ from cranktrain.modules.valve_train.settings import make_run
 from cranktrain.structure.assembly import running_crank
 
 PACKAGE = Path(cranktrain.__file__).parent
-RUN = """
-import hashlib, sys
-import numpy as np
-from cranktrain.modules.module_settings import with_chosen
-from cranktrain.modules.register import MODULES, module_files
-from cranktrain.core.named import resolve
-digest = hashlib.sha256()
-for name in sorted(module_files()):
-    module = next(m for m in MODULES.values() if name.startswith(m.name))
-    if module.name != sys.argv[1]:
-        continue
-    package = module.running.rpartition(".")[0]
-    settings = resolve(package + ".file:load")(module_files()[name])
-    simulation = resolve(module.running + ":_RUNNING").model(with_chosen(settings, {"angle_source": "speed"}))
-    simulation.inputs[0] = 200.0
-    simulation.initialize(0.1)
-    for k in range(300):
-        simulation.step(0.1 + 2e-4 * (k + 1))
-        digest.update(simulation.outputs.tobytes())
-    digest.update(simulation.state.tobytes())
-print(digest.hexdigest(), "numba" in sys.modules)
-"""
 
 
 def made(kind):
@@ -79,28 +57,13 @@ def python(text, *arguments, package=PACKAGE, **environment):
     return done.stdout, done.stderr
 
 
-@pytest.mark.parametrize("kind", sorted(MODULES))
-def test_a_module_runs_from_its_library_without_numba_and_gives_numba_s_bits(kind):
-    made(kind)
-    digest, numba = python(RUN, kind, **{OFF: ""})[0].split()
-    assert numba == "False"
-    assert python(RUN, kind, **{OFF: "1"})[0].split() == [digest, "True"]
-
-
 @pytest.fixture
 def install(tmp_path):
     """A copy of the package of its own, with the library of the valve train."""
     path = made("valvetrain")
     shutil.copytree(PACKAGE, tmp_path / "cranktrain", ignore=shutil.ignore_patterns("__pycache__", "lib"))
-    place = (
-        tmp_path
-        / "cranktrain"
-        / "fmu"
-        / "native"
-        / "lib"
-        / this_platform()
-        / machine_code.library_name("valvetrain", path.suffix)
-    )
+    place = tmp_path / "cranktrain/fmu/native/lib" / this_platform()
+    place /= machine_code.library_name("valvetrain", path.suffix)
     place.parent.mkdir(parents=True)
     shutil.copyfile(path, place)
     return place

@@ -45,20 +45,6 @@ def test_by_inputs_it_is_what_states_and_other_inputs_show(real, steps):
     assert moved > 0
 
 
-def test_a_run_with_derivatives_is_a_run_without_to_the_bit(real):
-    outputs, speed = real.outputs(), real.references["crank.speed"]
-    plain, curious = real.fresh(), real.fresh()
-    for k in range(200):
-        for one in (plain, curious):
-            one.set("Real", {speed: 209.0 + 0.01 * k})
-        curious.directional(outputs, {speed: 1.0})
-        curious.output_rates(*outputs)
-        for one in (plain, curious):
-            one.run(1, first=k, step=STEP)
-        assert plain.get("Real", *outputs) == curious.get("Real", *outputs)
-    assert plain.serialized(plain.state()) == curious.serialized(curious.state())
-
-
 @pytest.fixture(scope="module")
 def rigid(tmp_path_factory):
     """The six's native FMU with a rigid crank alone."""

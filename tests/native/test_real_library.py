@@ -105,18 +105,6 @@ def test_last_bits_move_outputs_by_rounding(combustion, name):
         assert np.all(np.abs(found - usual) <= 1e-9 * largest), bits
 
 
-@pytest.mark.parametrize(
-    "gate",
-    [
-        gates.nothing_but_libc_and_libm_is_needed,
-        gates.nothing_but_the_interface_is_shown,
-        gates.there_is_no_writable_data,
-    ],
-)
-def test_it_is_what_every_library_is(gate, binary):
-    gate(binary)
-
-
 @pytest.mark.parametrize("name", ["gcc", "clang"])
 def test_compilers_have_nothing_to_say(name, tmp_path):
     command = tool(name), "-Wsign-conversion", "-Wshadow", "-Wvla", "-Wundef", "-Wstrict-prototypes"

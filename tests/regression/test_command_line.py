@@ -1,6 +1,5 @@
 """The command line: what its JSON holds, that two runs agree, and that wrong input ends in one line and exit code 2."""
 
-import json
 import math
 import re
 import subprocess
@@ -37,13 +36,8 @@ def coarse(tmp_path_factory):
         yield str(path)
 
 
-def run_json(capsys, *arguments):
-    assert main([*arguments, "--json"]) == 0
-    return json.loads(capsys.readouterr().out)
-
-
-def test_modal_json_has_the_keys_that_machines_read(coarse, capsys):
-    report = run_json(capsys, "modal", coarse)
+def test_modal_json_has_the_keys_that_machines_read(coarse, run_json):
+    report = run_json("modal", coarse)
     assert {"crankshaft_free", "cranktrain", "critical_speeds", "reduction", "seconds"} <= set(report)
     for part in ("crankshaft_free", "cranktrain"):
         for mode in report[part]["modes"]:
@@ -60,11 +54,11 @@ def test_modal_json_has_the_keys_that_machines_read(coarse, capsys):
     assert reduction["dofs_full"] > 10 * reduction["modes"] > 300
 
 
-def test_simulate_writes_a_result_and_repeats_itself(coarse, capsys, tmp_path):
+def test_simulate_writes_a_result_and_repeats_itself(coarse, run_json, tmp_path):
     runs = []
     for name in ("a.h5", "b.h5"):
         options = ("--speed", "2000", "--cycles", "2", "--output", str(tmp_path / name), "--plots", str(tmp_path / "p"))
-        runs.append(run_json(capsys, "simulate", coarse, *options))
+        runs.append(run_json("simulate", coarse, *options))
     summary = runs[0]
     assert set(summary["pulley"]) == {"torsion_deg", "axial_um"}
     pictures = ("pulley_torsion.png", "main_loads.png", "orbits.png", "least_films.png")
@@ -98,26 +92,24 @@ def test_a_run_says_that_its_films_leave_the_pressure_law_out(coarse, capsys, tm
         assert ("oil.pressure_law 'barus'" in capsys.readouterr().err) == warns
 
 
-def test_rigid_crank_on_springs_and_a_measured_trace(coarse, capsys, tmp_path):
+def test_rigid_crank_on_springs_and_a_measured_trace(coarse, run_json, tmp_path):
     csv = tmp_path / "trace.csv"
     angle = np.arange(0.0, 720.0, 2.0)
     bar = 2.0 + 120.0 * np.exp(-(((angle - 365.0) / 25.0) ** 2))
     csv.write_text("angle_deg;pressure_bar\n" + "\n".join(f"{a};{p}" for a, p in zip(angle, bar, strict=True)))
     options = ("--speed", "1500", "--cycles", "2", "--crank", "rigid", "--bearings", "linear")
-    summary = run_json(
-        capsys, "simulate", coarse, *options, "--pressure", str(csv), "--output", str(tmp_path / "rigid.h5")
-    )
+    summary = run_json("simulate", coarse, *options, "--pressure", str(csv), "--output", str(tmp_path / "rigid.h5"))
     assert summary["gas"]["peak_mpa"] == pytest.approx(12.2, rel=0.01)
     # a rigid crank does not twist: pulley and flywheel move as one
     outputs, _ = read_result(tmp_path / "rigid.h5")
     assert outputs["pulley.torsion"][0] == pytest.approx(outputs["flywheel.torsion"][0], abs=1e-12)
 
 
-def test_a_run_says_how_settled_it_is(coarse, capsys, tmp_path):
+def test_a_run_says_how_settled_it_is(coarse, capsys, run_json, tmp_path):
     """In the summary, in JSON and in the file; exactly N cycles run where N are asked for."""
     path = tmp_path / "run.h5"
     options = ("--speed", "1500", "--crank", "rigid", "--bearings", "linear", "--output", str(path))
-    settling = run_json(capsys, "simulate", coarse, *options)["settling"]
+    settling = run_json("simulate", coarse, *options)["settling"]
     assert settling["repeats_every_cycles"] == 1 and settling["tolerance"] == 1e-3
     assert 0.0 < max(settling["left"].values()) <= 1e-3 and {"pulley.torsion", "bearing.force"} <= set(settling["left"])
     outputs, attributes = read_result(path)

@@ -1,28 +1,21 @@
 """The verb damper-optimum and modal --damper: what their JSON holds, and wrong input."""
 
-import json
-
 import pytest
 
 from cranktrain.cli.main import main
 
 
-def run_json(capsys, *arguments):
-    assert main([*arguments, "--json"]) == 0
-    return json.loads(capsys.readouterr().out)
-
-
-def test_two_masses(capsys):
-    result = run_json(capsys, "damper-optimum", "--inertia-ratio", "1")
+def test_two_masses(run_json):
+    result = run_json("damper-optimum", "--inertia-ratio", "1")
     assert result["damping_ratio"] == pytest.approx(1.0 / 12.0**0.5, rel=1e-12)
     assert result["amplification"] == pytest.approx(3.0)
     assert result["frequency_ratio"] == pytest.approx((2.0 / 3.0) ** 0.5)
     assert result["by_search"] == pytest.approx({k: v for k, v in result.items() if k != "by_search"}, rel=1e-6)
 
 
-def test_an_engine(coarse, capsys):
-    first = run_json(capsys, "damper-optimum", str(coarse))
-    second = run_json(capsys, "damper-optimum", str(coarse), "--mode", "2")
+def test_an_engine(coarse, capsys, run_json):
+    first = run_json("damper-optimum", str(coarse))
+    second = run_json("damper-optimum", str(coarse), "--mode", "2")
     for result in (first, second):
         assert {"damping_ratio", "amplification", "frequency_ratio", "damping_nms_per_rad"} <= set(result)
         critical = 4.0 * 3.141592653589793 * result["mode_hz"] * result["effective_inertia_kgm2"]
@@ -32,9 +25,9 @@ def test_an_engine(coarse, capsys):
     assert "on the crank" in capsys.readouterr().out
 
 
-def test_modal_with_damper(coarse, capsys):
-    plain = run_json(capsys, "modal", str(coarse))
-    report = run_json(capsys, "modal", str(coarse), "--damper")
+def test_modal_with_damper(coarse, capsys, run_json):
+    plain = run_json("modal", str(coarse))
+    report = run_json("modal", str(coarse), "--damper")
     assert "damper" not in plain
     assert report["cranktrain"] == plain["cranktrain"]  # what the reference lists is without damper
     first = report["damper"]["first_torsional"]
@@ -44,14 +37,12 @@ def test_modal_with_damper(coarse, capsys):
     assert "ring locked" in capsys.readouterr().out
 
 
-def test_an_engine_without_damper_or_with_one_too_hot(coarse, tmp_path, capsys):
+def test_an_engine_without_damper(coarse, tmp_path, capsys):
     text = coarse.read_text("utf-8")
     start = text.index("[damper]")
-    none, hot = tmp_path / "none.toml", tmp_path / "hot.toml"
+    none = tmp_path / "none.toml"
     none.write_text(text[:start] + text[text.index("\n[", start + 1) + 1 :], encoding="utf-8")
-    hot.write_text(text.replace("value = [65, 90]", "value = [65, 190]"), encoding="utf-8")
-    for path, says in ((none, "has no [damper]"), (hot, "190 degC is hotter than the damper's law is valid")):
-        for verb in (("damper-optimum",), ("modal", "--damper")):
-            assert main([verb[0], str(path), *verb[1:]]) == 2
-            error = capsys.readouterr().err
-            assert says in error and error.count("\n") == 1
+    for verb, *more in (("damper-optimum",), ("modal", "--damper")):
+        assert main([verb, str(none), *more]) == 2
+        error = capsys.readouterr().err
+        assert "has no [damper]" in error and error.count("\n") == 1

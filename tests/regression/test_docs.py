@@ -11,14 +11,12 @@ import pytest
 from browser import needs_browser, shown
 from public_names import parsers_of
 
-import cranktrain
 import cranktrain as ct
 from cranktrain.cli.functions import verb_of
 from cranktrain.cli.main import _parser, _verb
 from cranktrain.cli.verbs import VERBS
 
 ROOT = Path(__file__).resolve().parents[2]
-PACKAGE = Path(cranktrain.__file__).parent
 FILES = {
     str(path.relative_to(ROOT)): path.read_text("utf-8")
     for path in sorted([*ROOT.glob("*.md"), *(ROOT / "docs").rglob("*.md")])
@@ -132,12 +130,6 @@ def test_notebooks_are_on_the_site_with_what_they_show(site):
         assert all((page.parent / one).stat().st_size > 5000 for one in pictures if not one.startswith("data:"))
         assert (site / "notebooks" / path.name).is_file() and "executed when this page was made" in words(page)
     assert "least film" in words(site / "notebooks" / "first_run.html")
-
-
-def test_the_start_page_names_what_engineers_ask_for(site):
-    text = (site / "index.html").read_text("utf-8")
-    for place in ("run_up", "bearing_loads", "stress", "fatigue", "report", "couple", "harness", "damper"):
-        assert f'href="how-to/{place}.html"' in text, place
 
 
 SEARCH = """<script>addEventListener("load", () => setTimeout(() => {

@@ -1,10 +1,10 @@
 """The parts that ``docs/figures.py`` writes have their marks, each in one place, and no mark is without a maker."""
 
-import importlib.util
 import re
 from pathlib import Path
 
 import pytest
+from scripts import script
 
 from cranktrain.engine.file import load_engine
 from cranktrain.studies.total_error.shipped import shipped
@@ -14,10 +14,7 @@ DOCS = Path(__file__).resolve().parents[2] / "docs"
 
 @pytest.fixture(scope="module")
 def figures():
-    specification = importlib.util.spec_from_file_location("figures", DOCS / "figures.py")
-    module = importlib.util.module_from_spec(specification)
-    specification.loader.exec_module(module)
-    return module
+    return script("docs/figures.py")
 
 
 def test_marks_and_makers_belong_together(figures):
@@ -27,21 +24,6 @@ def test_marks_and_makers_belong_together(figures):
         for part in re.findall(r"<!-- figures: (\w+) -->", path.read_text("utf-8"))
     }
     assert marked == {(document, part) for part, (document, _) in figures.MADE.items()}
-
-
-def test_a_part_is_replaced_and_nothing_else(figures, tmp_path):
-    page = tmp_path / "page.md"
-    page.write_text("a\n<!-- figures: x -->\n\nold\n\n<!-- end -->\nb\n<!-- figures: y -->\n\nkept\n\n<!-- end -->\n")
-    figures.put(page, "x", r"new \1")
-    expected = "a\n<!-- figures: x -->\n\nnew \\1\n\n<!-- end -->\nb\n<!-- figures: y -->\n\nkept\n\n<!-- end -->\n"
-    assert page.read_text() == expected
-    with pytest.raises(ValueError, match="figures: z"):
-        figures.put(page, "z", "")
-
-
-def test_unknown_parts_are_refused(figures, capsys):
-    assert figures.main("orbits") == 2
-    assert "part 'orbits' does not exist; valid: beam_frequencies" in capsys.readouterr().err
 
 
 @pytest.mark.parametrize("engine", ["diesel_i6", "diesel_v8"])

@@ -1,6 +1,5 @@
 """Every example runs, and gives one number that is known."""
 
-import importlib.util
 import math
 import re
 import subprocess
@@ -9,6 +8,7 @@ from pathlib import Path
 
 import numpy as np
 import pytest
+from scripts import example
 
 import cranktrain as ct
 from cranktrain.engine.file import load_engine
@@ -17,14 +17,6 @@ from cranktrain.structure.additions import read_added
 from cranktrain.structure.crank.level import crank_body
 
 EXAMPLES = Path(__file__).resolve().parents[2] / "examples"
-
-
-def example(name):
-    """An example as a module; importing it runs nothing."""
-    spec = importlib.util.spec_from_file_location(f"example_{name}", EXAMPLES / f"{name}.py")
-    module = importlib.util.module_from_spec(spec)
-    spec.loader.exec_module(module)
-    return module
 
 
 @pytest.fixture(scope="module")

@@ -16,7 +16,6 @@ import cranktrain as ct
 from cranktrain.cli.main import main
 from cranktrain.dynamics.settled.cycles import Recorder
 from cranktrain.dynamics.settled.samples import Samples
-from cranktrain.dynamics.simulation import Simulation
 from cranktrain.store import result_stream
 from cranktrain.store.hdf5 import read_result
 
@@ -58,11 +57,10 @@ def test_ten_thousand_cycles_run_in_300_mb(tmp_path):
 
 
 @pytest.mark.parametrize("options", [("--cycles", "9"), ()])
-def test_a_file_written_on_the_way_holds_what_a_run_in_memory_does(tmp_path, capsys, options):
+def test_a_file_written_on_the_way_holds_what_a_run_in_memory_does(tmp_path, run_json, options):
     """Exactly so many cycles, more than are held, and a run that goes on until its outputs repeat."""
     path = tmp_path / "run.h5"
-    assert main([*RUN, *options, "--output", str(path), "--json"]) == 0
-    summary = json.loads(capsys.readouterr().out)
+    summary = run_json(*RUN, *options, "--output", str(path))
     cycles = 9 if options else None
     run = ct.simulate("diesel_i6", crank="rigid", bearings="held", speed_rpm=2000, step_deg=10, cycles=cycles)
     found, attributes = read_result(path)
@@ -75,34 +73,6 @@ def test_a_file_written_on_the_way_holds_what_a_run_in_memory_does(tmp_path, cap
     assert {k: v for k, v in summary.items() if k not in times} == json.loads(
         json.dumps({k: v for k, v in run.summary().items() if k not in times})
     )
-
-
-def interrupt_at(monkeypatch, taken):
-    """Let runs be interrupted once so many steps of theirs are taken."""
-    series = Simulation.series
-
-    def some(simulation, step, first, rows):
-        return series(simulation, step, first, rows[: max(taken - first + 1, 0)])
-
-    def interrupted(simulation, t_end):
-        raise KeyboardInterrupt
-
-    monkeypatch.setattr(Simulation, "series", some)
-    monkeypatch.setattr(Simulation, "step", interrupted)
-
-
-@pytest.mark.parametrize(("taken", "kept"), [(180, "2.50"), (36, "0.50")])
-def test_an_interrupt_leaves_what_was_computed(tmp_path, capsys, monkeypatch, taken, kept):
-    interrupt_at(monkeypatch, taken)
-    path = tmp_path / "run.h5"
-    assert main([*RUN, "--cycles", "9", "--output", str(path)]) == 130
-    captured = capsys.readouterr()
-    assert captured.err.splitlines()[-1].endswith(f"{path} keeps {kept} cycles") and not captured.out
-    outputs, attributes = read_result(path)
-    assert attributes["ended"] == "interrupted"
-    assert outputs["pulley.torsion"][0].size == taken + 1
-    assert outputs["angle"][0][-1] == pytest.approx(math.radians(10.0 * taken))
-    assert [file.name for file in tmp_path.iterdir()] == ["run.h5"]
 
 
 def test_an_interrupted_run_that_settles_keeps_its_last_cycle(tmp_path, monkeypatch):

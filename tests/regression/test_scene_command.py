@@ -52,11 +52,6 @@ def scene(coarse, tmp_path):
     return written
 
 
-def run_json(capsys, *arguments):
-    assert main([*arguments, "--json"]) == 0
-    return json.loads(capsys.readouterr().out)
-
-
 def test_the_example_is_a_scene():
     scene = load_scene(Path(__file__).parents[2] / "examples" / "scene.toml")
     assert scene.outputs == ("pulley.torsion", "bearing[4].force.y")
@@ -69,8 +64,8 @@ def test_stresses_alone_are_judged_by_what_they_follow(tmp_path):
     assert scene.outputs[0] == "pulley.torsion" and "bearing[7].force.y" in scene.outputs
 
 
-def test_plan(scene, capsys):
-    plan = run_json(capsys, "plan", scene())
+def test_plan(scene, capsys, run_json):
+    plan = run_json("plan", scene())
     assert (plan["crank"], plan["bearings"], plan["block"]) == ("torsional", "held", "ground")
     assert (plan["integrator"], plan["step_deg"]) == ("esdirk4", 4.0)
     assert plan["modes"] > 6
@@ -87,9 +82,9 @@ def test_plan(scene, capsys):
     assert "next level up" in capsys.readouterr().out
 
 
-def test_run_and_verify(scene, tmp_path, capsys):
+def test_run_and_verify(scene, tmp_path, run_json):
     output = tmp_path / "kept.h5"
-    result = run_json(capsys, "plan", scene(), "--run", "--verify", "--output", str(output))
+    result = run_json("plan", scene(), "--run", "--verify", "--output", str(output))
     datasets, attributes = read_result(output)
     assert result["result"] == str(output) and not result["interrupted"]
     assert attributes["crank"] == "torsional"
@@ -108,9 +103,9 @@ def test_run_and_verify(scene, tmp_path, capsys):
     assert verification["ratio"] == pytest.approx(verification["predicted_error"] / verification["verified_error"])
 
 
-def test_every_level(scene, tmp_path, capsys):
+def test_every_level(scene, tmp_path, run_json):
     output = tmp_path / "ladder.h5"
-    result = run_json(capsys, "plan", scene(), "--run", "--all-levels", "--output", str(output))
+    result = run_json("plan", scene(), "--run", "--all-levels", "--output", str(output))
     found = [(level["crank"], level["bearings"]) for level in result["levels"]]
     assert found == [("torsional", "held"), ("beam", "roller"), ("solid", "linear"), ("solid", "roller")]
     differences = [level["difference"]["pulley.torsion"] for level in result["levels"]]
@@ -120,10 +115,10 @@ def test_every_level(scene, tmp_path, capsys):
     assert "levels/solid-roller/2000rpm/pulley.torsion" in datasets
 
 
-def test_a_run_up_keeps_a_run_per_speed(scene, tmp_path, capsys):
+def test_a_run_up_keeps_a_run_per_speed(scene, tmp_path, run_json):
     tables = "[run_up]\nfrom = 1500\nto = 2000\npoints = 3\n"
     output = tmp_path / "up.h5"
-    result = run_json(capsys, "plan", scene(tables, speeds_rpm=None), "--run", "--output", str(output))
+    result = run_json("plan", scene(tables, speeds_rpm=None), "--run", "--output", str(output))
     torsion = result["outputs"]["pulley.torsion"]
     assert [row[0] for row in torsion["by_speed"]] == [1500.0, 1750.0, 2000.0]
     assert torsion["amplitude"] == max(row[2] for row in torsion["by_speed"])
@@ -131,10 +126,10 @@ def test_a_run_up_keeps_a_run_per_speed(scene, tmp_path, capsys):
     assert {"1500rpm/pulley.torsion", "1750rpm/pulley.torsion", "2000rpm/pulley.torsion"} <= set(datasets)
 
 
-def test_an_interrupt_keeps_what_is_complete(scene, tmp_path, capsys, monkeypatch):
+def test_an_interrupt_keeps_what_is_complete(scene, tmp_path, capsys, run_json, monkeypatch):
     output = tmp_path / "cut.h5"
     path = scene()
-    run_json(capsys, "plan", path)  # measures all that the run's own plan needs
+    run_json("plan", path)  # measures all that the run's own plan needs
     honest, calls = SceneModel.run, []
 
     def interrupted(model, case, *arguments, **more):
@@ -152,7 +147,7 @@ def test_an_interrupt_keeps_what_is_complete(scene, tmp_path, capsys, monkeypatc
     assert "pulley.torsion" in datasets and "levels/beam-roller/2000rpm/pulley.torsion" in datasets
 
 
-def test_half_a_run_is_not_kept(scene, tmp_path, capsys, monkeypatch):
+def test_half_a_run_is_not_kept(scene, tmp_path, capsys, run_json, monkeypatch):
     monkeypatch.setattr(measured, "Kept", lambda folder: Kept(tmp_path / "store"))
     honest = scene_model.simulate
 
@@ -165,11 +160,11 @@ def test_half_a_run_is_not_kept(scene, tmp_path, capsys, monkeypatch):
     assert "finished measurements are kept" in capsys.readouterr().err
     assert not list((tmp_path / "store").glob("*.npz"))
     monkeypatch.setattr(scene_model, "simulate", honest)
-    assert run_json(capsys, "plan", path)["predicted_real_time_factor"] > 0.0
+    assert run_json("plan", path)["predicted_real_time_factor"] > 0.0
 
 
-def test_a_budget_that_is_missed_is_said_and_no_error(scene, capsys):
-    plan = run_json(capsys, "plan", scene(budget_real_time_factor="1e-4"))
+def test_a_budget_that_is_missed_is_said_and_no_error(scene, run_json):
+    plan = run_json("plan", scene(budget_real_time_factor="1e-4"))
     assert not plan["within_budget"]
     assert any(reason.startswith("budget missed") for reason in plan["reasons"])
 

@@ -1,7 +1,5 @@
 """The verb stress: what its JSON and its file hold, its check, and wrong input."""
 
-import json
-
 import numpy as np
 import pytest
 
@@ -13,11 +11,10 @@ from cranktrain.structure.crank.beam import beam_body
 
 
 @pytest.mark.slow
-def test_stresses_of_a_cycle(coarse, capsys):
+def test_stresses_of_a_cycle(coarse, capsys, run_json):
     output, pictures = coarse.with_name("run.h5"), coarse.with_name("pictures")
     given = ["stress", str(coarse), "--speed", "2200", "--settle", "1e-2"]
-    assert main([*given, "--output", str(output), "--plots", str(pictures), "--json"]) == 0
-    report = json.loads(capsys.readouterr().out)
+    report = run_json(*given, "--output", str(output), "--plots", str(pictures))
     angles, greatest = np.array(report["angles_deg"]), np.array(report["max_von_mises_mpa"])
     assert np.all(np.diff(angles) > 0.0) and 0.0 <= angles[0] < angles[-1] < 720.0
     place = report["location"]
@@ -35,19 +32,17 @@ def test_stresses_of_a_cycle(coarse, capsys):
 
 
 @pytest.mark.slow
-def test_fillets_of_a_throw_by_sub_models(coarse, capsys):
+def test_fillets_of_a_throw_by_sub_models(coarse, run_json):
     """Higher than the crank's own mesh reads them, resolved, both drives close; and what fatigue makes of them."""
-    given = [str(coarse), "--settle", "1e-2", "--fillets", "1", "--json", "--speed", "2200"]
-    assert main(["stress", *given, "--no-check", "--output", str(coarse.with_name("fillets.h5"))]) == 0
-    report = json.loads(capsys.readouterr().out)
+    given = str(coarse), "--settle", "1e-2", "--fillets", "1", "--speed", "2200"
+    report = run_json("stress", *given, "--no-check", "--output", str(coarse.with_name("fillets.h5")))
     fillets = {one["name"]: one for one in report["fillets"]}
     spots = {one["feature"]: one["von_mises_mpa"] for one in report["hot_spots"]}
     assert len(fillets) == 5 and "oil hole[1]" in fillets
     for name, one in fillets.items():
         assert one["converged"] and one["by_motion_mpa"] == pytest.approx(one["von_mises_mpa"], rel=0.1), name
         assert "hole" in name or one["von_mises_mpa"] > 1.05 * spots[name], name
-    assert main(["fatigue", *given]) == 0
-    places = json.loads(capsys.readouterr().out)["fillets"]
+    places = run_json("fatigue", *given)["fillets"]
     fine = {one["name"]: one for one in places if one["by"] == "sub-model"}
     assert set(fine) == {"web[1].pin", "web[2].pin", "web[1].main", "web[2].main", "pin[1].oil_bore"}
     for name, one in fine.items():

@@ -60,7 +60,7 @@ def test_an_interrupt_keeps_what_was_measured(scene, capsys, tmp_path, monkeypat
     assert kept == 2 and len(calls) == 8 - kept  # the best model's own fine run is what all are compared with
 
 
-def test_a_plan_takes_its_levels_from_shipped_figures(capsys, tmp_path, monkeypatch):
+def test_a_plan_takes_its_levels_from_shipped_figures(capsys, run_json, tmp_path, monkeypatch):
     """The cheapest choice within the accuracy of the best model, and by that its accuracy is judged."""
 
     def figured(crank, bearings, total, cost):
@@ -82,8 +82,7 @@ def test_a_plan_takes_its_levels_from_shipped_figures(capsys, tmp_path, monkeypa
             'engine = "diesel_i6"\nspeeds_rpm = [2000]\noutputs = ["pulley.torsion"]\nfrequency_hz = 400\n'
             f"accuracy = {accuracy}\ncycles = 3\n"
         )
-        assert main(["plan", str(path), "--json"]) == 0
-        return json.loads(capsys.readouterr().out)
+        return run_json("plan", str(path))
 
     plan = planned(0.3)
     assert (plan["crank"], plan["bearings"], plan["block"]) == ("torsional", "held", "ground")

@@ -20,10 +20,9 @@ def scene(small, monkeypatch, tmp_path):
     return small
 
 
-def test_json_and_tables(scene, capsys, tmp_path):
+def test_json_and_tables(scene, capsys, run_json, tmp_path):
     arguments = ["tradeoff", "--quick", "--family", "modes", "--output", str(tmp_path / "out")]
-    assert main([*arguments, "--json"]) == 0
-    result = json.loads(capsys.readouterr().out)
+    result = run_json(*arguments)
     assert {point["family"] for point in result["points"]} == {"modes"}
     assert set(result["reference"]["error_estimate"]) == {"pulley_torsion", "pulley_axial", "bearing_film"}
     assert any(point["pareto"] for point in result["points"])

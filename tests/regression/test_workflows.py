@@ -56,12 +56,6 @@ def test_the_script_takes_no_other_part():
         assert done.returncode == 2 and "no part 'tests'" in done.stderr
 
 
-def test_without_parts_the_script_decides_as_ever():
-    """Lint, documents, tests of the newer Python, then the whole test command of README."""
-    assert "if [ $# -eq 0 ]; then set -- lint docs newer test; fi" in SCRIPT
-    assert "make test " in (ROOT / "README.md").read_text("utf-8")
-
-
 def test_files_of_the_script_exist():
     named = re.findall(r"tests/[\w/]+\.py", SCRIPT)
     listed = re.search(r"printf 'tests/properties/test_%s\.py ' ([\w ]+)\)", SCRIPT)[1].split()
@@ -75,11 +69,6 @@ def test_pythons_are_those_of_the_package():
     assert project["requires-python"] == f">={stated[0]}"
     for workflow, name in (("ci.yml", "tests"), ("ci.yml", "windows"), ("release.yml", "installed")):
         assert jobs(workflow)[name]["strategy"]["matrix"]["python"] == stated
-
-
-def test_a_release_waits_for_tests_and_for_the_installed_wheel():
-    release = jobs("release.yml")
-    assert set(release["publish"]["needs"]) == {"tests", "installed"} and release["installed"]["needs"] == "wheel"
 
 
 def test_the_citation_is_of_this_package():
