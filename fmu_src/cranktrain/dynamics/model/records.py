@@ -117,7 +117,9 @@ class Lumps(NamedTuple):
 
     values: Array  # (numbers,) lumped values that the bodies were made for, by slot
     traits: Array  # (TRAITS,) see dynamics.model.lump_slots
-    fixed: Array  # (2, 6, r) shapes of flywheel and pulley
+    fixed: Array  # (2, COORDINATES, r) modes at flywheel and pulley, see dynamics.model.lump_slots
+    units: Array  # (2 MOMENTS, CHANGING, COORDINATES, COORDINATES) matrices of parts with unit moments there
+    unit_loads: Array  # (2 MOMENTS, LOADS, COORDINATES) their loads
     places: Array  # (2, 3) positions of flywheel and pulley
     rigid: Array  # (6, 6) rigid motions about the origin in the crank's rigid modes
     mains: Array  # (b,) positions of the main journals along the axis
@@ -129,7 +131,7 @@ class Lumps(NamedTuple):
     centrifugal: Array  # (r, r) centrifugal matrix C of the crank's modes
     stress: Array  # (r, r) stress stiffness K_σ of the crank's modes
     spin: Array  # (t, t) (K_σ − C) transposed, as in the model
-    loads: Array  # (2, t) centrifugal and Euler load
+    loads: Array  # (LOADS, t) loads by rotation and by a unit acceleration field
     gravity: Array  # (3, n) modal projection of a unit acceleration field
     ports: Array  # (m, t) shapes of the rotating ports
     tilts: Array  # (2b, t) rotation about x and y of each main journal
@@ -150,10 +152,11 @@ def no_lumps() -> Lumps:
     traits = z(of.TRAITS)
     traits[of.PATH_ROW] = at.NO_PORT
     n, square, row = z(0), z((0, 0)), z((0, 0))
+    units, fixed = z((2 * of.MOMENTS, of.CHANGING, of.COORDINATES, of.COORDINATES)), z((2, of.COORDINATES, 0))
     return Lumps(
-        z(NUMBERS), traits, z((2, 6, 0)), z((2, 3)), z((6, 6)), n, n, n, n, n, square, square, square, square,
-        z((2, 0)), z((3, 0)), row, row, z((4, 0)), row, n, n, n, z((0, DIRECTIONS)),
-        z((of.ROOMS, 0, 0)), z((of.VECTOR_ROWS, 0)), z(64),
+        z(NUMBERS), traits, fixed, units, z((2 * of.MOMENTS, of.LOADS, of.COORDINATES)), z((2, 3)), z((6, 6)),
+        n, n, n, n, n, square, square, square, square, z((of.LOADS, 0)), z((3, 0)), row, row, z((4, 0)), row, n, n, n,
+        z((0, DIRECTIONS)), z((of.ROOMS, 0, 0)), z((of.VECTOR_ROWS, 0)), z(64),
     )  # fmt: skip
 
 
