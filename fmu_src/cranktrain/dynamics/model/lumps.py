@@ -8,7 +8,7 @@ from collections.abc import Mapping
 
 import numpy as np
 
-from cranktrain.core.reduced_body import Array, ReducedBody, rigid_coordinates, with_rigid_rows
+from cranktrain.core.reduced_body import Array, ReducedBody, rigid_coordinates, turning_stiffness, with_rigid_rows
 from cranktrain.core.rigid_slices import Slices, fields, rigid_motion
 from cranktrain.dynamics.model import lump_slots as at
 from cranktrain.dynamics.model import numbers
@@ -50,8 +50,10 @@ def lumps(
     grown = np.full(t, at.NOT_LUMPED)
     for mode in range(r, t):
         grown[mode] = _slot(turning, mode)
-    fixed, rigid = np.zeros((2, at.COORDINATES, r)), rigid_coordinates(body)
-    fixed[:, :6, :6], fixed[:, 6:, 6:] = rigid, body.shapes[rows, :, 6:]
+    fixed = np.zeros((2, at.COORDINATES, r))
+    fixed[:, :6, :6], fixed[:, 6:, 6:] = rigid_coordinates(body), body.shapes[rows, :, 6:]
+    own = turning.gyroscopic, turning.centrifugal, turning.stress_stiffness
+    tilting = turning_stiffness(turning) + turning.centrifugal - turning.stress_stiffness
     units, unit_loads = unit_parts(body.positions[rows])
     return no_lumps()._replace(
         values=values,
@@ -60,14 +62,12 @@ def lumps(
         units=units,
         unit_loads=unit_loads,
         places=np.ascontiguousarray(body.positions[rows]),
-        rigid=rigid,
         mains=np.ascontiguousarray(turning.positions[mains, 2]),
         plain=plain,
         omega2=turning.omega**2,
         damping=damping.copy(),
         rod_masses=np.array(mean_rod_masses(engine)),
-        centrifugal=np.ascontiguousarray(turning.centrifugal[:r, :r]),
-        stress=np.ascontiguousarray(turning.stress_stiffness[:r, :r]),
+        matrices=np.array([np.eye(r), *(matrix[:r, :r] for matrix in (*own, tilting))]),
         loads=np.vstack((turning.centrifugal_load, turning.euler_load, turning.translation)),
         grown=grown,
         mount_motion=motion,
@@ -77,9 +77,9 @@ def lumps(
 
 
 def unit_parts(places: Array) -> tuple[Array, Array]:
-    """Terms of parts with unit moments at two ``places`` (2, 3), in the coordinates of a mode there.
+    """Terms of parts with unit moments at two ``places`` (2, 3), in the coordinates of modes there.
 
-    Matrices M, G, C, K_σ (2 MOMENTS, CHANGING, COORDINATES, COORDINATES) and loads (2 MOMENTS, LOADS, COORDINATES).
+    Matrices (2 MOMENTS, CHANGING, COORDINATES, COORDINATES) and loads (2 MOMENTS, LOADS, COORDINATES).
     """
     moments = np.zeros((at.MOMENTS, 4, 4))
     moments[at.OF_MASS, 0, 0] = moments[at.OF_FIRST, 0, 3] = moments[at.OF_FIRST, 3, 0] = 1.0
@@ -91,7 +91,9 @@ def unit_parts(places: Array) -> tuple[Array, Array]:
             part = Slices(place, unit)
             own, field = part.terms(motion), fields(motion)
             stress = with_rigid_rows(own.stress_stiffness, own.centrifugal, np.eye(6), own.turned_load)
-            matrices.append((part.paired(field, field), own.gyroscopic, own.centrifugal, stress))
+            tilting = np.zeros_like(stress)
+            tilting[3:5, 5] = -stress[3:5, 5]
+            matrices.append((part.paired(field, field), own.gyroscopic, own.centrifugal, stress, tilting))
             loads.append(np.vstack((own.centrifugal_load, own.euler_load, own.translation)))
     return np.array(matrices), np.array(loads)
 

@@ -56,18 +56,16 @@ def moment_changes(lumps, numbers, out):
 
 @kernel
 def add_changes(lumps, changes, row):
-    """Fill MASS, GYROSCOPIC, CENTRIFUGAL, STRESS of ``room`` with the crank's values plus the ``changes`` of moments.
+    """Fill the first matrices of ``room`` with the crank's own plus the ``changes`` (2 MOMENTS,) of moments.
 
     ``row`` (COORDINATES,) is scratch.
     """
     room = lumps.room
     r = lumps.fixed.shape[2]
-    for i in range(r):
-        for j in range(r):
-            room[at.MASS, i, j] = 1.0 if i == j else 0.0
-            room[at.GYROSCOPIC, i, j] = lumps.gyroscopic[j, i]
-            room[at.CENTRIFUGAL, i, j] = lumps.centrifugal[i, j]
-            room[at.STRESS, i, j] = lumps.stress[i, j]
+    for which in range(at.CHANGING):
+        for i in range(r):
+            for j in range(r):
+                room[which, i, j] = lumps.matrices[which, i, j]
     for side in range(2):
         shapes = lumps.fixed[side]
         for which in range(at.CHANGING):

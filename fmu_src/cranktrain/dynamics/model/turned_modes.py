@@ -11,7 +11,6 @@ from cranktrain.dynamics.model import lump_slots as of
 from cranktrain.dynamics.model import numbers as to
 from cranktrain.dynamics.model import slots as at
 from cranktrain.dynamics.model.layout import couples_modes, turning_modes, turning_ports
-from cranktrain.dynamics.model.ritz_modes import inverse_of_six
 
 TOTAL, ALONG_AXIS = 8, 3
 """Position in scratch of the crank's mass and first moments, and index of the axial first moment there."""
@@ -154,60 +153,27 @@ def turn_matrices(model, changed):
     n = 6 if lumps.traits[of.TWISTS] > 0.0 else r
     room = lumps.room
     turn, product = room[of.TURN], room[of.PRODUCT]
-    for which in (of.GYROSCOPIC, of.CENTRIFUGAL, of.STRESS):
+    for which in range(of.GYROSCOPIC, of.CHANGING):
         matrix = room[which]
-        for i in range(n):
-            for j in range(n):
+        m = 6 if which == of.TILTING else n
+        for i in range(m):
+            for j in range(m):
                 total = 0.0
-                for k in range(n):
+                for k in range(m):
                     total += matrix[i, k] * turn[k, j]
                 product[i, j] = total
-        for i in range(n):
-            for j in range(n):
+        for i in range(m):
+            for j in range(m):
                 total = 0.0
-                for k in range(n):
+                for k in range(m):
                     total += turn[k, i] * product[k, j]
                 matrix[i, j] = total
     for i in range(n):
         for j in range(n):
             model.bodies.gyroscopic[j, i] = room[of.GYROSCOPIC, i, j]
-    turning_stiffness(lumps, n)
-    for i in range(n):
-        for j in range(n):
             model.bodies.spin[j, i] = room[of.STRESS, i, j] - room[of.CENTRIFUGAL, i, j]
-
-
-@kernel
-def turning_stiffness(lumps, n):
-    """Remove rigid-body residuals from the stress stiffness K_σ in ``room[STRESS]``; see core.reduced_body."""
-    room = lumps.room
-    stress, tells, fields, lines = room[of.STRESS], room[of.PRODUCT], room[of.VECTORS], room[of.SQUARES]
-    for k in range(6):
-        for i in range(6):
-            total = 0.0
-            for m in range(6):
-                total += lumps.rigid[k, m] * room[of.TURN, m, i]
-            tells[k, i] = total
-    inverse_of_six(tells, room[of.MASS], fields, lumps.vectors[of.PIVOTS], lumps.vectors[of.HELP])
-    for k in range(3):
-        for j in range(n):
-            total = 0.0
-            for m in range(6):
-                total += fields[m, k] * stress[m, j]
-            lines[k, j] = total
-    for i in range(6):
-        for j in range(n):
-            for k in range(3):
-                stress[i, j] -= tells[k, i] * lines[k, j]
-    for k in range(3, 5):
-        total = 0.0
-        for m in range(6):
-            for p in range(6):
-                total += fields[m, k] * stress[m, p] * fields[p, at.ROTATION]
-        lines[k, 0] = total
-    for i in range(6):
-        for j in range(6):
-            stress[i, j] -= (tells[3, i] * lines[3, 0] + tells[4, i] * lines[4, 0]) * tells[at.ROTATION, j]
+            if i < 6 and j < 6:
+                model.bodies.spin[j, i] += room[of.TILTING, i, j]
 
 
 @kernel
