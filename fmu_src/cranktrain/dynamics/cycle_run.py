@@ -1,11 +1,13 @@
 """Run of a simulation over cycles at constant speed: samples, settling and heat balance."""
 
+from __future__ import annotations
+
 import math
 import warnings
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass, replace
 from functools import cache
-from typing import Protocol
+from typing import TYPE_CHECKING
 
 import numpy as np
 
@@ -14,14 +16,12 @@ from cranktrain.dynamics.model import slots as at
 from cranktrain.dynamics.model.arrays import supply_temperature
 from cranktrain.dynamics.model.records import dimensions
 from cranktrain.dynamics.model.settings import ROW, ruling_law, usual_step
-from cranktrain.dynamics.model.workspace import Work
 from cranktrain.dynamics.outputs.register import Counts, judged_families, output_needs
 from cranktrain.dynamics.settled.collar import Learned
 from cranktrain.dynamics.settled.cycles import (
     NOTHING,
     Expected,
     Recorder,
-    Stepped,
     plain_cycles,
     rewind,
     settled_cycles,
@@ -34,11 +34,13 @@ from cranktrain.dynamics.warm_films import (
     balanced_temperatures,
     cycle_means,
 )
-from cranktrain.engine.model import Engine
 from cranktrain.film.laws.pressure_peak import pressure_peaks
 from cranktrain.film.laws.register import Law
 from cranktrain.loads.damper import balanced_temperature as damper_balance_temperature
 from cranktrain.loads.damper import required_damper
+
+if TYPE_CHECKING:
+    from cranktrain.dynamics.simulation import Simulation
 
 __all__ = [
     "Result",
@@ -49,22 +51,6 @@ __all__ = [
     "row_step",
     "run_cycles",
 ]
-
-
-class Run(Stepped, Protocol):
-    """Interface of an initialised simulation that is run over cycles."""
-
-    engine: Engine
-    counts: Counts
-    work: Work
-    output_names: tuple[str, ...]
-    film_temperatures: Array
-    damper_temperature: float
-    power_samples: PowerSamples | None
-
-    @property
-    def shown_outputs(self) -> tuple[str, ...]:
-        """Names of the outputs that the levels model."""
 
 
 @dataclass(frozen=True)
@@ -112,7 +98,7 @@ def communication_step(speed: float, step: float) -> float:
     return 4.0 * math.pi / speed / math.ceil(4.0 * math.pi / step - 1.0e-9)
 
 
-def row_step(simulation: Run) -> float:
+def row_step(simulation: Simulation) -> float:
     """Time (s) between recorded rows of a run over cycles: a step, or the largest part of a step that ``ROW`` allows.
 
     A step is divided only if it is the default of the levels and the simulation passes over communication points.
@@ -127,7 +113,7 @@ def row_step(simulation: Run) -> float:
 
 
 def run_cycles(
-    simulation: Run,
+    simulation: Simulation,
     cycles: int | None,
     settle: float,
     progress: Callable[[float], None] | None,
@@ -202,7 +188,7 @@ def damper_power(result: Result) -> float:
 
 
 def balanced(
-    simulation: Run,
+    simulation: Simulation,
     cycles: int | None,
     run: Callable[[], Result],
     result: Result,

@@ -9,6 +9,9 @@ from cranktrain.engine.articulated_rod import dead_centre_heights, piston_height
 from cranktrain.engine.model import Engine
 from cranktrain.loads.built_in_trace import CYCLE
 
+FEWEST = 5
+"""Least number of points of a polytropic line."""
+
 
 def cylinder_volume(engine: Engine, angle: Array, cylinder: int = 0) -> tuple[Array, Array]:
     """Return the volume above the piston and its derivative by the crank angle.
@@ -37,6 +40,23 @@ def cylinder_volume(engine: Engine, angle: Array, cylinder: int = 0) -> tuple[Ar
     volume = clearance + area * (top - r * np.cos(angle) - s)
     derivative = area * (r * np.sin(angle) - x * r * np.cos(angle) / s)
     return volume, derivative
+
+
+def polytrope(
+    engine: Engine, degrees: Array, pressure: Array, between: tuple[float, float], centre: float = 0.0
+) -> tuple[float, float]:
+    """Return the exponent n of p Vⁿ = const, fitted between two angles, and p at bottom dead centre; NaN without a fit.
+
+    Angles (n,) of the pressures are in degrees, like those of ``between`` and of firing dead centre, ``centre``.
+    """
+    after = (degrees + 360.0) % 720.0 - 360.0
+    inside = (after >= between[0]) & (after <= between[1]) & (pressure > 0.0)
+    if np.count_nonzero(inside) < FEWEST:
+        return math.nan, math.nan
+    angles = np.radians(after[inside] - centre), np.array([math.pi])
+    volume, largest = (cylinder_volume(engine, angle)[0] for angle in angles)
+    slope, level = np.polyfit(np.log(volume / largest[0]), np.log(pressure[inside]), 1)
+    return -float(slope), math.exp(level)
 
 
 def mean_effective_pressure(engine: Engine, pressure: Array) -> float:

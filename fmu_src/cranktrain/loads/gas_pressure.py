@@ -19,10 +19,11 @@ SAE 982424 (γ of lean diesel gas).
 from __future__ import annotations
 
 import math
+from abc import ABC, abstractmethod
 from collections.abc import Iterable, Sequence
 from dataclasses import dataclass, replace
 from pathlib import Path
-from typing import Any, Protocol
+from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
@@ -49,22 +50,24 @@ BUILT_IN_SOURCE = "built-in Wiebe cycle"
 COMPRESSOR_SOURCE = "polytropic cycle of the compressor"
 
 
-class Gas(Protocol):
-    """Interface of the pressures of a run: a trace, or traces over speed and load (``loads.pressure_map``)."""
+class Gas(ABC):
+    """Pressures of a run: a trace, or traces over speed and load (``loads.pressure_map``)."""
 
+    @abstractmethod
     def at(self, speed: float, load: float) -> GasTrace:
         """Return the trace at ``speed`` (rad/s) and ``load``, the fraction of the full-load burn."""
 
-    def tell_ends(self, speeds: Sequence[float], load: float) -> None:
+    def tell_ends(self, speeds: Sequence[float], load: float) -> None:  # noqa: B027 (most pressures have no range)
         """Warn if speeds (rad/s) or load lie outside the measured range, so that the nearest trace is used."""
 
     @property
+    @abstractmethod
     def values(self) -> list[Any]:
         """Return the values of the cylinder pressures that determine a run, for its digest."""
 
 
 @dataclass(frozen=True, eq=False)
-class GasTrace:
+class GasTrace(Gas):
     """Absolute cylinder pressure at n uniform crank angles 4π i/n after firing dead centre.
 
     Attributes
@@ -111,9 +114,6 @@ class GasTrace:
     def at(self, speed: float, load: float) -> GasTrace:
         """Return this trace for any ``speed`` (rad/s) and ``load``, because the model scales its burn."""
         return self
-
-    def tell_ends(self, speeds: Sequence[float], load: float) -> None:
-        """Do nothing, because a single trace has no range of speed or load."""
 
     @property
     def values(self) -> list[Any]:

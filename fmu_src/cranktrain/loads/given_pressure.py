@@ -12,9 +12,9 @@ argument is the angle after the firing dead centre of its cylinder, rad.
 
 import math
 import pickle
-from collections.abc import Callable, Iterator, Mapping, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, field
-from typing import Any, ClassVar, TypeAlias
+from typing import Any, TypeAlias
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
@@ -25,6 +25,7 @@ from cranktrain.engine.model import Engine
 from cranktrain.loads.built_in_trace import CYCLE, SAMPLES
 from cranktrain.loads.gas_pressure import Gas, GasTrace, trace_of
 from cranktrain.loads.pressure_file import HIGHEST_PEAK, LOWEST_PEAK, folded_traces
+from cranktrain.loads.pressure_points import Points
 from cranktrain.loads.pressure_units import PressureUnit, named_unit
 
 Array = NDArray[np.float64]
@@ -67,32 +68,7 @@ def given_gas(value: Any, engine: Engine, unit: str | None = None, dead_centre_d
     return trace_of(engine, rows, source)
 
 
-@dataclass
-class GivenPoints:
-    """Points of an array, with the interface of ``PressurePoints``: angles (n,) deg and pressures (n, k) as given."""
-
-    angle: Array
-    pressures: Array
-    noun: ClassVar[str] = "value"
-    column: ClassVar[str] = ""
-
-    def __post_init__(self) -> None:
-        """Find the peaks of the pressures."""
-        at = self.pressures.argmax(axis=0)
-        self.peaks: Array = self.pressures[at, np.arange(at.size)]
-        self.peak_angles: Array = self.angle[at]
-        self.low = float(self.pressures.min())
-        self.count = self.angle.size
-        least = self.pressures.min(axis=1)
-        first = int(np.argmax(least < 0.0))
-        self.negative = (first, float(least[first])) if least[first] < 0.0 else None
-
-    def parts(self) -> Iterator[tuple[Array, Array]]:
-        """Yield all points in a single part."""
-        yield self.angle, self.pressures
-
-
-def _points(value: Any, engine: Engine) -> GivenPoints:
+def _points(value: Any, engine: Engine) -> Points:
     """Convert arrays to points; ``InputError`` for invalid arrays."""
     period, angle = engine.cylinders.cycle, None
     if isinstance(value, tuple) and len(value) == 2 and not np.isscalar(value[0]):
@@ -111,13 +87,14 @@ def _points(value: Any, engine: Engine) -> GivenPoints:
         )
     if angle is None:
         pressures = _one_cycle(pressures, math.degrees(period))
-        count = pressures.shape[1]
-        return GivenPoints(np.arange(count) * (math.degrees(period) / count), np.ascontiguousarray(pressures.T))
-    if angle.shape != (pressures.shape[1],):
+        degrees = np.arange(pressures.shape[1]) * (math.degrees(period) / pressures.shape[1])
+    elif angle.shape != (pressures.shape[1],):
         raise InputError(f"{NAME}: {angle.size} angles for {pressures.shape[1]} values; give one for each value")
-    if np.ptp(angle) > 200.0:
+    elif np.ptp(angle) > 200.0:
         raise InputError(f"{NAME}: angles reach over {np.ptp(angle):.4g} rad; give radians, np.radians(angle)")
-    return GivenPoints(np.degrees(angle), np.ascontiguousarray(pressures.T))
+    else:
+        degrees = np.degrees(angle)
+    return Points(lambda: [(np.arange(degrees.size), degrees, np.ascontiguousarray(pressures.T))])
 
 
 def _many(value: Any) -> bool:
@@ -173,7 +150,7 @@ def _numbers(value: Any, unit: str, where: str) -> Array:
 
 
 @dataclass(eq=False)
-class GasFunction:
+class GasFunction(Gas):
     """Pressures by a function for all cylinders, or for each: ``function(angle)`` or ``function(angle, speed)``.
 
     Attributes
@@ -213,9 +190,6 @@ class GasFunction:
             source = f"{NAME}: {names}{', …' if len(self.functions) > 3 else ''} of the crank angle"
             self._made[key] = trace_of(self.engine, rows, f"{source} and the speed" if key else source)
         return self._made[key]
-
-    def tell_ends(self, speeds: Sequence[float], load: float) -> None:
-        """Do nothing, because a function has no range of speed."""
 
     @property
     def values(self) -> list[Any]:

@@ -18,7 +18,6 @@ import math
 import warnings
 from collections.abc import Iterator
 from pathlib import Path
-from typing import ClassVar, Protocol
 
 import numpy as np
 from numpy.typing import NDArray
@@ -28,7 +27,7 @@ from cranktrain.core.errors import InputError
 from cranktrain.core.text_table import split_columns
 from cranktrain.engine.model import Engine
 from cranktrain.loads.pressure_level import CANDIDATES, meant, refuse_any_unit, unit_of_trace
-from cranktrain.loads.pressure_points import FEWEST, PressurePoints, read_points
+from cranktrain.loads.pressure_points import FEWEST, Points, PressurePoints, read_points
 from cranktrain.loads.pressure_units import FOREIGN, PressureUnit, header_unit, named_unit, unit_in_text
 from cranktrain.loads.trace_doubts import trace_doubts
 
@@ -89,27 +88,6 @@ def read_pressure(
     place, columns = split_columns(path)
     points = read_points(place, columns, engine.n_cylinders)
     return folded_traces(points, _stated(points, unit, place.name), dead_centre_deg, n, engine, place.name)
-
-
-class Points(Protocol):
-    """Interface of the points of traces, see ``pressure_points.PressurePoints``; messages call a point ``noun``."""
-
-    noun: ClassVar[str]
-    peaks: Array
-    peak_angles: Array
-    low: float
-    count: int
-
-    @property
-    def negative(self) -> tuple[int, float] | None:
-        """Number and pressure of the first point with a pressure below zero."""
-
-    @property
-    def column(self) -> str:
-        """Name of the first column of pressures for messages, after a comma; empty if there is none."""
-
-    def parts(self) -> Iterator[tuple[Array, Array]]:
-        """Yield angles (n,) deg and pressures (n, k), part by part."""
 
 
 def folded_traces(

@@ -10,14 +10,12 @@ intake in its file is a diesel without throttle, so units that give an intake be
 others fit. For a compressor the suction pressure of its file replaces the intake pressure.
 """
 
-import math
-
 import numpy as np
 from numpy.typing import NDArray
 
 from cranktrain.core.errors import InputError
 from cranktrain.engine.model import Engine
-from cranktrain.loads.cylinder_volume import cylinder_volume
+from cranktrain.loads.cylinder_volume import polytrope
 from cranktrain.loads.pressure_units import UNITS, PressureUnit
 
 Array = NDArray[np.float64]
@@ -96,14 +94,5 @@ def meant(units: list[str] | tuple[str, ...], peak: float) -> str:
 
 def compression_level(engine: Engine, angle: Array, pressure: Array) -> float | None:
     """Return the compression line's pressure at bottom dead centre, in the file's unit; None without such a line."""
-    after = (angle + 360.0) % 720.0 - 360.0
-    chosen = (after >= LINE[0]) & (after <= LINE[1]) & (pressure > 0.0)
-    if np.count_nonzero(chosen) < 5:
-        return None
-    volume, _ = cylinder_volume(engine, np.radians(after[chosen]))
-    largest, _ = cylinder_volume(engine, np.array([math.pi]))
-    ratio = np.log(volume / largest[0])
-    slope, level = np.polyfit(ratio, np.log(pressure[chosen]), 1)
-    if not EXPONENTS[0] <= -slope <= EXPONENTS[1]:
-        return None
-    return float(math.exp(level))
+    exponent, level = polytrope(engine, angle, pressure, LINE)
+    return level if EXPONENTS[0] <= exponent <= EXPONENTS[1] else None

@@ -47,7 +47,7 @@ class Point(NamedTuple):
 
 
 @dataclass(frozen=True, eq=False)
-class PressureMap:
+class PressureMap(Gas):
     """Traces over speed and load, ordered by load and then by speed."""
 
     name: str

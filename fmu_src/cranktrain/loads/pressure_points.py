@@ -4,11 +4,11 @@ Files of any size are read in parts. Up to ``KEPT`` lines stay in memory; a long
 points are folded into a cycle.
 """
 
+import math
 import re
-from collections.abc import Iterator, Sequence
-from dataclasses import dataclass, field
+from collections.abc import Callable, Iterable, Iterator, Sequence
 from pathlib import Path
-from typing import ClassVar
+from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
@@ -30,86 +30,78 @@ _INDEX = re.compile(r"(?<=\w)\[\s*(\d+)\s*\]")
 _BRACKETS = re.compile(r"\[[^\]]*\]|\([^)]*\)")
 
 
-@dataclass
-class PressurePoints:
+class Points:
+    """Points of traces: angles (n,) deg and pressures (n, k) as given, part by part.
+
+    Attributes
+    ----------
+    noun, column : in messages, what a point is called, and after a comma the name of the first column of pressures
+    peaks, peak_angles : (k,) largest pressure of each column, and its angle (deg)
+    low : least pressure
+    negative : number and pressure of the first point with a pressure below zero; None without such a point
+    count : number of points
+    """
+
+    noun, column = "value", ""
+
+    def __init__(self, read: Callable[[], Iterable[tuple[NDArray[Any], Array, Array]]]) -> None:
+        """Points from ``read()``, which gives numbers, angles and pressures of all points, part by part."""
+        self._read = read
+        self.peaks, self.peak_angles = np.array(-np.inf), np.array(0.0)
+        self.low, self.count = math.inf, 0
+        self.negative: tuple[int, float] | None = None
+        for numbers, angle, pressures in read():
+            at = pressures.argmax(axis=0)
+            largest, least = pressures[at, np.arange(at.size)], pressures.min(axis=1)
+            self.peak_angles = np.where(largest > self.peaks, angle[at], self.peak_angles)
+            self.peaks = np.maximum(self.peaks, largest)
+            self.low = min(self.low, float(least.min()))
+            self.count += angle.size
+            if self.negative is None and least.min() < 0.0:
+                first = int(np.argmax(least < 0.0))
+                self.negative = int(numbers[first]), float(least[first])
+
+    def parts(self) -> Iterator[tuple[Array, Array]]:
+        """Yield angles and pressures, part by part."""
+        for _, angle, pressures in self._read():
+            yield angle, pressures
+
+
+class PressurePoints(Points):
     """Checked points of a file.
 
     Attributes
     ----------
-    path : path of the file
     head : names, units and dialect of the columns
     columns : numbers (from 0) of the column of angle and of those of pressure, by cylinder
-    peaks, peak_angles : (k,) largest pressure of each column as written, and its angle (deg)
-    low : least pressure as written
-    negative : number and pressure of the first line with a pressure below zero; None without such a line
-    count : number of points
+    names, units : of the columns of pressure; empty texts if the file states none
     """
 
-    noun: ClassVar[str] = "line"
-    path: Path
-    head: TextHead
-    columns: tuple[int, ...]
-    peaks: Array = field(init=False)
-    peak_angles: Array = field(init=False)
-    low: float = np.inf
-    negative: tuple[int, float] | None = None
-    count: int = 0
-    _kept: list[TextTable] | None = field(default_factory=list)
+    noun = "line"
 
-    @property
-    def column(self) -> str:
-        """Name of the first column of pressures for messages, after a comma; empty if the file has no names."""
-        return f", column {self.names[0]}" if self.names[0] else ""
+    def __init__(self, path: Path, head: TextHead, columns: tuple[int, ...]) -> None:
+        self.head, self.columns = head, columns
+        self.names, self.units = ([own[k] for k in columns[1:]] for own in (head.names, head.units))
+        self.column = f", column {self.names[0]}" if self.names[0] else ""
+        kept = list[TextTable]()
 
-    def __post_init__(self) -> None:
-        """Read the file once and check every line."""
-        self.peaks = np.full(len(self.columns) - 1, -np.inf)
-        self.peak_angles = np.zeros(len(self.columns) - 1)
-        for part in self._read():
-            self._check(part)
-            angle, pressures = part.values[:, 0], part.values[:, 1:]
-            at = pressures.argmax(axis=0)
-            largest = pressures[at, np.arange(at.size)]
-            higher = largest > self.peaks
-            self.peaks[higher], self.peak_angles[higher] = largest[higher], angle[at][higher]
-            self.low = min(self.low, float(pressures.min()))
-            self.count += len(part.lines)
-            if self._kept is not None:
-                self._kept.append(part)
-            if self.count > KEPT:
-                self._kept = None
+        def read() -> Iterator[tuple[NDArray[Any], Array, Array]]:
+            whole = bool(kept)
+            for part in kept or table_chunks(path, WHAT, REMEDY, columns=[f"#{k + 1}" for k in columns]):
+                within = np.abs(part.values) <= LARGEST
+                if not within.all():
+                    number = int(part.lines[np.flatnonzero(~within.all(axis=1))[0]])
+                    raise InputError(
+                        f"{path.name}: line {number}: {shown(line_text(path, number))} holds a value that is not "
+                        "finite; remove the line"
+                    )
+                if not whole:
+                    kept.append(part)
+                yield part.lines, part.values[:, 0], part.values[:, 1:]
+                if self.count > KEPT:
+                    kept.clear()
 
-    @property
-    def names(self) -> list[str]:
-        """Names of the columns of pressure."""
-        return [self.head.names[k] for k in self.columns[1:]]
-
-    @property
-    def units(self) -> list[str]:
-        """Stated units of the columns of pressure; empty texts if the file states none."""
-        return [self.head.units[k] for k in self.columns[1:]]
-
-    def parts(self) -> Iterator[tuple[Array, Array]]:
-        """Yield angles (n,) deg and pressures as written (n, k), part by part."""
-        for part in self._read() if self._kept is None else self._kept:
-            yield part.values[:, 0], part.values[:, 1:]
-
-    def _read(self) -> Iterator[TextTable]:
-        return table_chunks(self.path, WHAT, REMEDY, columns=[f"#{k + 1}" for k in self.columns])
-
-    def _check(self, part: TextTable) -> None:
-        """Raise ``InputError`` for lines without valid numbers, and record the first negative pressure."""
-        within = np.abs(part.values) <= LARGEST
-        if not within.all():
-            number = int(part.lines[np.flatnonzero(~within.all(axis=1))[0]])
-            text = shown(line_text(self.path, number))
-            raise InputError(
-                f"{self.path.name}: line {number}: {text} holds a value that is not finite; remove the line"
-            )
-        least = part.values[:, 1:].min(axis=1)
-        if self.negative is None and least.min() < 0.0:
-            first = int(np.flatnonzero(least < 0.0)[0])
-            self.negative = int(part.lines[first]), float(least[first])
+        super().__init__(read)
 
 
 def read_points(path: Path, columns: Sequence[str] | None, cylinders: int) -> PressurePoints:

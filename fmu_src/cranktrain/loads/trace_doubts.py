@@ -18,8 +18,7 @@ import numpy as np
 from cranktrain.core.types import Array
 from cranktrain.engine.checks.plausible import COMPRESSOR, heat_of_air
 from cranktrain.engine.model import Engine
-from cranktrain.loads.built_in_trace import CYCLE
-from cranktrain.loads.cylinder_volume import cylinder_volume, mean_effective_pressure
+from cranktrain.loads.cylinder_volume import mean_effective_pressure, polytrope
 
 PEAK = (-10.0, 45.0)
 """Usual range of the peak's angle, deg after firing dead centre, from knocking engines to the latest burns."""
@@ -60,9 +59,8 @@ def trace_doubts(engine: Engine, pressure: Array) -> Iterator[str]:
     intake = float(pressure[3 * n // 4])
     stated = engine.compressor.suction if engine.compressor else engine.burn.intake_pressure
     ratio = intake / stated
-    exponent = _exponent(engine, pressure, COMPRESSION)
     flanks = _flanks(engine)
-    squeezed, expanded = (_exponent(engine, pressure, own) for own in flanks)
+    exponent, squeezed, expanded = (polytrope(engine, at, pressure, own)[0] for own in (COMPRESSION, *flanks))
     # One cause may trigger several warnings; only the first, most informative warning is reported.
     if burns and not PEAK[0] <= peak <= PEAK[1]:
         yield (
@@ -112,20 +110,12 @@ def _flanks(engine: Engine) -> list[tuple[float, float]]:
     return [(begin, before), (after, end)]
 
 
-def _exponent(engine: Engine, pressure: Array, between: tuple[float, float], shift: float = 0.0) -> float:
-    """Return the polytropic exponent of a trace (n,) between two angles, deg, with dead centre at ``shift`` deg."""
-    at = np.arange(pressure.size) * (720.0 / pressure.size)
-    at = np.where(at < 360.0, at, at - 720.0)
-    inside = (at >= between[0]) & (at <= between[1])
-    volume, _ = cylinder_volume(engine, np.mod(at[inside] - shift, 720.0) * (CYCLE / 720.0))
-    return -float(np.polyfit(np.log(volume), np.log(pressure[inside]), 1)[0])
-
-
 def _shift(engine: Engine, pressure: Array, flanks: Sequence[tuple[float, float]]) -> float:
     """Return the angle of dead centre in a trace (n,), deg, at which both exponents have their usual difference."""
-    away = []
+    away: list[float] = []
+    at: Array = np.arange(pressure.size, dtype=np.float64) * (720.0 / pressure.size)
     for shift in SHIFTS.tolist():
-        squeezed, expanded = (_exponent(engine, pressure, own, shift) for own in flanks)
+        squeezed, expanded = (polytrope(engine, at, pressure, own, shift)[0] for own in flanks)
         away.append(abs(squeezed - expanded - APART))
     return float(SHIFTS[int(np.argmin(away))])
 

@@ -24,8 +24,15 @@ ONE_SHAFT, PATH_ROW, END_SPEED, MAINS_FREE, ENDS_FREE, FLEXIBLE, BLOCK_MASS, BLO
 LINE_INERTIA, STATED_DAMPER, GEARED, AHEAD, TRAITS = 27, 28, 29, 30, 31
 OWN_DAMPING, MODAL, RAYLEIGH = range(3)
 NOT_LUMPED = -1.0
-MASS, TURN, SQUARES, VECTORS, PRODUCT, GYROSCOPIC, CENTRIFUGAL, STRESS, ROOMS = range(9)
-"""Matrices of ``Lumps.room``."""
-SCALE, OMEGA2, ORDER, PIVOTS, HELP, CENTRIFUGAL_LOAD, EULER_LOAD, TRANSLATION = range(8)
-VECTOR_ROWS = TRANSLATION + 3
+MASS, GYROSCOPIC, CENTRIFUGAL, STRESS, TILTING, TURN, SQUARES, VECTORS, PRODUCT, ROOMS = range(10)
+CHANGING = 5
+"""Matrices of ``Lumps.room``. The first ones, M, G, C, K_σ and K_σ's correction for tilts by rotation about z
+(:func:`cranktrain.core.reduced_body.turning_stiffness`), change with the parts on flywheel and pulley."""
+SCALE, OMEGA2, ORDER, PIVOTS, LOAD, VECTOR_ROWS = range(6)
 """Rows of ``Lumps.vectors``."""
+CENTRIFUGAL_LOAD, EULER_LOAD, TRANSLATION, LOADS = 0, 1, 2, 5
+"""Rows of ``Lumps.loads``; three for translation."""
+OF_MASS, OF_FIRST, OF_ACROSS, OF_ALONG, MOMENTS = range(5)
+"""Moments of parts at an interface: Σ m, Σ m o with axial offsets o, ∫ρ x² and ∫ρ z² about it."""
+COORDINATES = 12
+"""Coordinates of a mode at an interface: rigid motion about the origin (6), or elastic motion of the interface (6)."""

@@ -8,7 +8,8 @@ from collections.abc import Mapping
 
 import numpy as np
 
-from cranktrain.core.reduced_body import Array, ReducedBody, rigid_coordinates
+from cranktrain.core.reduced_body import Array, ReducedBody, rigid_coordinates, turning_stiffness, with_rigid_rows
+from cranktrain.core.rigid_slices import Slices, fields, rigid_motion
 from cranktrain.dynamics.model import lump_slots as at
 from cranktrain.dynamics.model import numbers
 from cranktrain.dynamics.model.lumped_data import lumped_numbers
@@ -49,25 +50,52 @@ def lumps(
     grown = np.full(t, at.NOT_LUMPED)
     for mode in range(r, t):
         grown[mode] = _slot(turning, mode)
+    fixed = np.zeros((2, at.COORDINATES, r))
+    fixed[:, :6, :6], fixed[:, 6:, 6:] = rigid_coordinates(body), body.shapes[rows, :, 6:]
+    own = turning.gyroscopic, turning.centrifugal, turning.stress_stiffness
+    tilting = turning_stiffness(turning) + turning.centrifugal - turning.stress_stiffness
+    units, unit_loads = unit_parts(body.positions[rows])
     return no_lumps()._replace(
         values=values,
         traits=_traits(engine, settings, body, turning, block, known),
-        fixed=np.ascontiguousarray(body.shapes[rows]),
+        fixed=fixed,
+        units=units,
+        unit_loads=unit_loads,
         places=np.ascontiguousarray(body.positions[rows]),
-        rigid=rigid_coordinates(body),
         mains=np.ascontiguousarray(turning.positions[mains, 2]),
         plain=plain,
         omega2=turning.omega**2,
         damping=damping.copy(),
         rod_masses=np.array(mean_rod_masses(engine)),
-        centrifugal=np.ascontiguousarray(turning.centrifugal[:r, :r]),
-        stress=np.ascontiguousarray(turning.stress_stiffness[:r, :r]),
-        loads=np.stack((turning.centrifugal_load, turning.euler_load)),
+        matrices=np.array([np.eye(r), *(matrix[:r, :r] for matrix in (*own, tilting))]),
+        loads=np.vstack((turning.centrifugal_load, turning.euler_load, turning.translation)),
         grown=grown,
         mount_motion=motion,
         room=z((at.ROOMS, r, r)),
         vectors=z((at.VECTOR_ROWS, t)),
     )
+
+
+def unit_parts(places: Array) -> tuple[Array, Array]:
+    """Terms of parts with unit moments at two ``places`` (2, 3), in the coordinates of modes there.
+
+    Matrices (2 MOMENTS, CHANGING, COORDINATES, COORDINATES) and loads (2 MOMENTS, LOADS, COORDINATES).
+    """
+    moments = np.zeros((at.MOMENTS, 4, 4))
+    moments[at.OF_MASS, 0, 0] = moments[at.OF_FIRST, 0, 3] = moments[at.OF_FIRST, 3, 0] = 1.0
+    moments[at.OF_ACROSS, 1, 1] = moments[at.OF_ACROSS, 2, 2] = moments[at.OF_ALONG, 3, 3] = 1.0
+    matrices, loads = [], []
+    for place in places[:, None]:
+        motion = np.concatenate((rigid_motion(place), np.eye(6)[None]), axis=2)
+        for unit in moments[:, None]:
+            part = Slices(place, unit)
+            own, field = part.terms(motion), fields(motion)
+            stress = with_rigid_rows(own.stress_stiffness, own.centrifugal, np.eye(6), own.turned_load)
+            tilting = np.zeros_like(stress)
+            tilting[3:5, 5] = -stress[3:5, 5]
+            matrices.append((part.paired(field, field), own.gyroscopic, own.centrifugal, stress, tilting))
+            loads.append(np.vstack((own.centrifugal_load, own.euler_load, own.translation)))
+    return np.array(matrices), np.array(loads)
 
 
 def _slot(turning: ReducedBody, mode: int) -> float:

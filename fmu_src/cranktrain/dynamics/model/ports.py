@@ -39,7 +39,6 @@ from numpy.typing import NDArray
 
 from cranktrain.core.reduced_body import Array, ReducedBody
 from cranktrain.dynamics.model import slots as at
-from cranktrain.dynamics.model.records import Ports
 from cranktrain.dynamics.topology.damper import DamperRecord, damper_law
 from cranktrain.dynamics.topology.pieces import REFERENCE_VISCOSITY
 from cranktrain.dynamics.topology.slider_crank import SliderCrankRecord, slider_crank_law
@@ -59,6 +58,22 @@ PIN_SCALE, PIN_SHARE = 1.0e-4, 1.0e-3
 """Displacement of a pin that counts like one clearance: in m, or as a fraction of the throw if that is more."""
 TWIST_SCALE = 1.0e-2
 """Twist (rad) between pulley and damper ring that counts like one clearance."""
+
+
+class Ports(NamedTuple):
+    """Ports of an engine, without shapes of those of pistons, which move with their own two modes only.
+
+    Attributes
+    ----------
+    turning, block : shapes of the ports of rotating bodies (m_t, n_t) and of the block (m_b, n_b)
+    cylinders : (c, CYLINDER - PIN_PORT) ports and rows of each cylinder, see slots.PIN_PORT
+    arrays : arrays of connections and ports, by their names in :class:`~cranktrain.dynamics.model.records.ModelArrays`
+    """
+
+    turning: Array
+    block: Array
+    cylinders: Array
+    arrays: dict[str, Array]
 
 
 class MainJournals(NamedTuple):
@@ -162,11 +177,12 @@ def lay_ports(
         ends = [at.PISTON_PORT - at.PIN_PORT, at.LINER_PORT - at.PIN_PORT]
         rows[cylinder[at.END_ROW - at.PIN_PORT]][[at.INNER, at.FOLLOWED]] = cylinder[ends]
     journal_ports = [row[at.FIRST] + k for row in rows[: len(mains)] for k in range(2)]
-    return Ports(
-        laid.shapes, still, np.array(rows, dtype=np.int64), cylinders, np.array(laid.scales),
-        np.array([*((port, at.NO_PORT) for port in journal_ports), *limited]).reshape(-1, 2),
-        np.array([*journal_ports, along], dtype=float), pairs, axial, layout,
-    )  # fmt: skip
+    arrays = {
+        "connections": np.array(rows, dtype=np.int64), "scales": np.array(laid.scales), "pairs": pairs, "axial": axial,
+        "limited": np.array([*((port, at.NO_PORT) for port in journal_ports), *limited]).reshape(-1, 2),
+        "judged": np.array([*journal_ports, along], dtype=float), "layout": layout,
+    }  # fmt: skip
+    return Ports(laid.shapes, still, cylinders, arrays)
 
 
 def _lay_rods(
@@ -292,10 +308,10 @@ def laws_of(
         at.DAMPER_ROW: enter(no_films(1), damper_law, DamperRecord(damper, np.zeros(0), np.zeros((2, 0)))),
     }
     for slot, law in once.items():
-        row = int(ports.layout[slot])
+        row = int(ports.arrays["layout"][slot])
         if law is not None and row >= 0:
             parts.append((law, [row]))
-    return join_films(len(ports.connections), parts)
+    return join_films(len(ports.arrays["connections"]), parts)
 
 
 def big_end_films(

@@ -23,35 +23,6 @@ ROOM_TEMPERATURE = 293.15
 """Temperature (K) of a system that has no oil of its own."""
 
 
-class Ports(NamedTuple):
-    """Shapes of the rotating ports (m_t, n_t) and the block's (m_b, n_b), and the connections and pairs between them.
-
-    Each piston's two ports move with its own two modes only, with the same shape for all, so none are stored here.
-    """
-
-    turning: Array
-    block: Array
-    connections: IntArray  # (k, CONNECTION) see slots.COUPLED
-    cylinders: Array  # (c, CYLINDER - PIN_PORT) ports and rows of each cylinder, see slots.PIN_PORT
-    scales: Array  # (n_newton,) displacement of each Newton port that counts like one clearance
-    limited: Array  # (l, 2) ports whose change per iteration is limited; the port it is relative to, or NO_PORT
-    judged: Array  # (j,) ports whose error counts in the error of a step
-    pairs: Array  # (r, 2) rotating and stationary port of each displacement x that a law uses; y follows each
-    axial: Array  # (0 or 1, 2) rotating and stationary port along the axis
-    layout: Array  # (LAYOUT,) see dynamics.model.layout
-
-
-def no_ports() -> Ports:
-    """Ports of a system whose bodies and connections are all those of a topology."""
-    z = np.zeros
-    layout = z(at.LAYOUT)
-    layout[[at.THRUST_ROW, at.JOINT_ROW, at.DAMPER_ROW]] = at.NO_PORT
-    return Ports(
-        z((0, 0)), z((0, 0)), z((0, at.CONNECTION), dtype=np.int64), z((0, at.CYLINDER - at.PIN_PORT)), z(0),
-        z((0, 2)), z(0), z((0, 2)), z((0, 2)), layout,
-    )  # fmt: skip
-
-
 class BlockArrays(NamedTuple):
     """Arrays of block and guided pistons: j mounts and n_s stationary modes, of which the first n_b are the block's."""
 
@@ -116,19 +87,19 @@ class Lumps(NamedTuple):
 
     values: Array  # (numbers,) lumped values that the bodies were made for, by slot
     traits: Array  # (TRAITS,) see dynamics.model.lump_slots
-    fixed: Array  # (2, 6, r) shapes of flywheel and pulley
+    fixed: Array  # (2, COORDINATES, r) modes at flywheel and pulley, see dynamics.model.lump_slots
+    units: Array  # (2 MOMENTS, CHANGING, COORDINATES, COORDINATES) matrices of parts with unit moments there
+    unit_loads: Array  # (2 MOMENTS, LOADS, COORDINATES) their loads
     places: Array  # (2, 3) positions of flywheel and pulley
-    rigid: Array  # (6, 6) rigid motions about the origin in the crank's rigid modes
     mains: Array  # (b,) positions of the main journals along the axis
     plain: Array  # (b,) 1 if the main bearing has a film
     omega2: Array  # (t,) squared frequencies of the rotating modes
     damping: Array  # (t,) damping of the rotating modes, 1/s
     rod_masses: Array  # (c,) mean mass of each rod on its pin
     gyroscopic: Array  # (t, t) G transposed, as in the model
-    centrifugal: Array  # (r, r) centrifugal matrix C of the crank's modes
-    stress: Array  # (r, r) stress stiffness K_σ of the crank's modes
+    matrices: Array  # (CHANGING, r, r) of the crank's modes
     spin: Array  # (t, t) (K_σ − C) transposed, as in the model
-    loads: Array  # (2, t) centrifugal and Euler load
+    loads: Array  # (LOADS, t) loads by rotation and by a unit acceleration field
     gravity: Array  # (3, n) modal projection of a unit acceleration field
     ports: Array  # (m, t) shapes of the rotating ports
     tilts: Array  # (2b, t) rotation about x and y of each main journal
@@ -148,11 +119,12 @@ def no_lumps() -> Lumps:
     z = np.zeros
     traits = z(of.TRAITS)
     traits[of.PATH_ROW] = at.NO_PORT
-    n, square, row = z(0), z((0, 0)), z((0, 0))
+    n, square = z(0), z((0, 0))
+    units, fixed = z((2 * of.MOMENTS, of.CHANGING, of.COORDINATES, of.COORDINATES)), z((2, of.COORDINATES, 0))
     return Lumps(
-        z(NUMBERS), traits, z((2, 6, 0)), z((2, 3)), z((6, 6)), n, n, n, n, n, square, square, square, square,
-        z((2, 0)), z((3, 0)), row, row, z((4, 0)), row, n, n, n, z((0, DIRECTIONS)),
-        z((of.ROOMS, 0, 0)), z((of.VECTOR_ROWS, 0)), z(64),
+        z(NUMBERS), traits, fixed, units, z((2 * of.MOMENTS, of.LOADS, of.COORDINATES)), z((2, 3)), n, n, n, n, n,
+        square, z((of.CHANGING, 0, 0)), square, z((of.LOADS, 0)), z((3, 0)), square, square, z((4, 0)), square, n, n, n,
+        z((0, DIRECTIONS)), z((of.ROOMS, 0, 0)), z((of.VECTOR_ROWS, 0)), z(64),
     )  # fmt: skip
 
 

@@ -11,28 +11,10 @@ import math
 from cranktrain.core.kernel import kernel
 from cranktrain.dynamics.model import lump_slots as at
 from cranktrain.dynamics.model.slots import ROTATION
-from cranktrain.dynamics.motion.linear_algebra import factor_lu, solve_lu
 
 SWEEPS = 60
 SMALL = 1.0e-17
 """Most sweeps of Jacobi rotations, and fraction of the diagonal above which an element is eliminated."""
-
-
-@kernel
-def inverse_of_six(matrix, work, inverse, pivots, column):
-    """Write the inverse of a matrix (6, 6) to the leading block of ``inverse``. Return 0, or 1 if it is singular."""
-    for i in range(6):
-        for j in range(6):
-            work[i, j] = matrix[i, j]
-    if factor_lu(work, 6, pivots) != 0:
-        return 1
-    for j in range(6):
-        for i in range(6):
-            column[i] = 1.0 if i == j else 0.0
-        solve_lu(work, 6, pivots, column)
-        for i in range(6):
-            inverse[i, j] = column[i]
-    return 0
 
 
 @kernel

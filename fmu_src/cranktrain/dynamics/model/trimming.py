@@ -16,7 +16,7 @@ from cranktrain.core.kernel import kernel
 from cranktrain.dynamics.model import lump_slots as of
 from cranktrain.dynamics.model import numbers as to
 from cranktrain.dynamics.model import slots as at
-from cranktrain.dynamics.model.reattached import TURN_X, TURN_Z, add_changes, moment_changes
+from cranktrain.dynamics.model.reattached import add_changes, moment_changes
 from cranktrain.dynamics.model.ritz_modes import keep_twists, lock_journals, new_modes
 from cranktrain.dynamics.model.turned_modes import (
     ALONG_AXIS,
@@ -33,8 +33,10 @@ from cranktrain.film.laws.parameters import CLEARANCE
 from cranktrain.loads.damper import FLUID, KIND, LOSS_FACTOR, NEWTONIAN, RUBBER, SPRING
 
 ROUNDING = 1.0e-9
-LOAD, LOAD_END, FIELDS = 12, 18, 20
-"""Positions in scratch: load on the mounts, its end, and the fields of parts."""
+LOAD, LOAD_END, ROW = 12, 18, 20
+"""Positions in scratch: load on the mounts, its end, and a row of a changed matrix."""
+TURN_X, TURN_Z = 3, 5
+"""Rotations of the engine about x and z among its rigid motions."""
 
 
 @kernel
@@ -68,7 +70,7 @@ def trim_model(model, numbers):
     changes = lumps.scratch
     changed = moment_changes(lumps, numbers, changes)
     if changed != 0:
-        add_changes(lumps, changes, lumps.scratch[FIELDS:])
+        add_changes(lumps, changes, lumps.scratch[ROW:])
         keep_twists(lumps)
         if new_modes(lumps) != 0:
             return NO_RIGID_PART
@@ -79,7 +81,7 @@ def trim_model(model, numbers):
         if slot >= 0 and other(lumps, numbers, slot):
             lumps.vectors[of.SCALE, i] = math.sqrt(lumps.values[slot] / numbers[slot])
     turn_shapes(model, changed)
-    turn_loads(model, changed)
+    turn_loads(model, changes, changed)
     turn_matrices(model, changed)
     weigh_axis(model, changed)
     damp_modes(model, numbers, changed)

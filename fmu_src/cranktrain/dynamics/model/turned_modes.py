@@ -11,8 +11,6 @@ from cranktrain.dynamics.model import lump_slots as of
 from cranktrain.dynamics.model import numbers as to
 from cranktrain.dynamics.model import slots as at
 from cranktrain.dynamics.model.layout import couples_modes, turning_modes, turning_ports
-from cranktrain.dynamics.model.reattached import FIRST, MASS, MOMENTS, TURN_X, TURN_Y
-from cranktrain.dynamics.model.ritz_modes import inverse_of_six
 
 TOTAL, ALONG_AXIS = 8, 3
 """Position in scratch of the crank's mass and first moments, and index of the axial first moment there."""
@@ -62,35 +60,29 @@ def turn_shapes(model, changed):
 
 
 @kernel
-def turn_loads(model, changed):
-    """Set the loads by rotation and gravity, and ω² of the crank's modes."""
+def turn_loads(model, changes, changed):
+    """Set the loads by rotation and gravity, and ω² of the crank's modes, for ``changes`` (2, MOMENTS) of its parts."""
     lumps = model.lumps
-    vectors = lumps.vectors
     r = lumps.fixed.shape[2]
-    t = vectors.shape[1]
+    load = lumps.vectors[of.LOAD]
+    for row in range(of.LOADS):
+        for i in range(load.shape[0]):
+            load[i] = lumps.loads[row, i]
+        for k in range(2 * of.MOMENTS if changed != 0 else 0):
+            for a in range(of.COORDINATES):
+                for i in range(r):
+                    load[i] += changes[k] * lumps.unit_loads[k, row, a] * lumps.fixed[k // of.MOMENTS, a, i]
+        out = model.gravity[max(row - of.TRANSLATION, 0)]
+        if row == of.CENTRIFUGAL_LOAD:
+            out = model.bodies.centrifugal_load
+        elif row == of.EULER_LOAD:
+            out = model.bodies.euler_load
+        turned_row(lumps, load, out, changed, -1)
+        if changed != 0 and lumps.traits[of.TWISTS] > 0.0:
+            for j in range(6, r):
+                out[j] = 0.0
     for i in range(r):
-        if changed == 0:
-            vectors[of.CENTRIFUGAL_LOAD, i] = lumps.loads[0, i]
-            vectors[of.EULER_LOAD, i] = lumps.loads[1, i]
-            for k in range(3):
-                vectors[of.TRANSLATION + k, i] = lumps.gravity[k, i]
-    for i in range(r, t):
-        vectors[of.CENTRIFUGAL_LOAD, i] = lumps.loads[0, i]
-        vectors[of.EULER_LOAD, i] = lumps.loads[1, i]
-        for k in range(3):
-            vectors[of.TRANSLATION + k, i] = lumps.gravity[k, i]
-    turned_row(lumps, vectors[of.CENTRIFUGAL_LOAD], model.bodies.centrifugal_load, changed, -1)
-    turned_row(lumps, vectors[of.EULER_LOAD], model.bodies.euler_load, changed, -1)
-    for k in range(3):
-        turned_row(lumps, vectors[of.TRANSLATION + k], model.gravity[k], changed, -1)
-    if changed != 0 and lumps.traits[of.TWISTS] > 0.0:
-        for j in range(6, r):
-            model.bodies.centrifugal_load[j] = 0.0
-            model.bodies.euler_load[j] = 0.0
-            for k in range(3):
-                model.gravity[k, j] = 0.0
-    for i in range(r):
-        model.omega2[i] = vectors[of.OMEGA2, i] if changed != 0 else lumps.omega2[i]
+        model.omega2[i] = lumps.vectors[of.OMEGA2, i] if changed != 0 else lumps.omega2[i]
 
 
 @kernel
@@ -161,62 +153,27 @@ def turn_matrices(model, changed):
     n = 6 if lumps.traits[of.TWISTS] > 0.0 else r
     room = lumps.room
     turn, product = room[of.TURN], room[of.PRODUCT]
-    for which in (of.GYROSCOPIC, of.CENTRIFUGAL, of.STRESS):
+    for which in range(of.GYROSCOPIC, of.CHANGING):
         matrix = room[which]
-        for i in range(n):
-            for j in range(n):
+        m = 6 if which == of.TILTING else n
+        for i in range(m):
+            for j in range(m):
                 total = 0.0
-                for k in range(n):
+                for k in range(m):
                     total += matrix[i, k] * turn[k, j]
                 product[i, j] = total
-        for i in range(n):
-            for j in range(n):
+        for i in range(m):
+            for j in range(m):
                 total = 0.0
-                for k in range(n):
+                for k in range(m):
                     total += turn[k, i] * product[k, j]
                 matrix[i, j] = total
     for i in range(n):
         for j in range(n):
             model.bodies.gyroscopic[j, i] = room[of.GYROSCOPIC, i, j]
-    turning_stiffness(lumps, n)
-    for i in range(n):
-        for j in range(n):
             model.bodies.spin[j, i] = room[of.STRESS, i, j] - room[of.CENTRIFUGAL, i, j]
-
-
-@kernel
-def turning_stiffness(lumps, n):
-    """Remove rigid-body residuals from the stress stiffness K_σ in ``room[STRESS]``; see core.reduced_body."""
-    room = lumps.room
-    stress, tells, fields, lines = room[of.STRESS], room[of.PRODUCT], room[of.VECTORS], room[of.SQUARES]
-    for k in range(6):
-        for i in range(6):
-            total = 0.0
-            for m in range(6):
-                total += lumps.rigid[k, m] * room[of.TURN, m, i]
-            tells[k, i] = total
-    inverse_of_six(tells, room[of.MASS], fields, lumps.vectors[of.PIVOTS], lumps.vectors[of.HELP])
-    for k in range(3):
-        for j in range(n):
-            total = 0.0
-            for m in range(6):
-                total += fields[m, k] * stress[m, j]
-            lines[k, j] = total
-    for i in range(6):
-        for j in range(n):
-            for k in range(3):
-                stress[i, j] -= tells[k, i] * lines[k, j]
-    for k in range(3, 5):
-        total = 0.0
-        for m in range(6):
-            for p in range(6):
-                total += fields[m, k] * stress[m, p] * fields[p, at.ROTATION]
-        lines[k, 0] = total
-    for i in range(6):
-        for j in range(6):
-            stress[i, j] -= (tells[TURN_X, i] * lines[TURN_X, 0] + tells[TURN_Y, i] * lines[TURN_Y, 0]) * tells[
-                at.ROTATION, j
-            ]
+            if i < 6 and j < 6:
+                model.bodies.spin[j, i] += room[of.TILTING, i, j]
 
 
 @kernel
@@ -228,16 +185,16 @@ def weigh_axis(model, changed):
     """
     lumps = model.lumps
     count = lumps.mains.shape[0]
-    total = lumps.scratch[TOTAL : TOTAL + MOMENTS]
+    total = lumps.scratch[TOTAL : TOTAL + of.MOMENTS]
     total[0] = lumps.traits[of.CRANK_MASS]
     for k in range(3):
         total[1 + k] = total[0] * lumps.traits[of.CRANK_CENTRE + k]
     for side in range(2 if changed != 0 else 0):
-        added = lumps.scratch[MOMENTS * side + MASS]
+        added = lumps.scratch[of.MOMENTS * side + of.OF_MASS]
         total[0] += added
         for k in range(3):
             total[1 + k] += added * lumps.places[side, k]
-        total[ALONG_AXIS] += lumps.scratch[MOMENTS * side + FIRST]
+        total[ALONG_AXIS] += lumps.scratch[of.MOMENTS * side + of.OF_FIRST]
     mean = 0.0
     for i in range(count):
         mean += lumps.mains[i] / count

@@ -18,7 +18,6 @@ between its two tilts, R. A motion is split into slow modes and a rest by moment
 
 import functools
 import math
-from typing import Protocol
 
 import numpy as np
 
@@ -41,24 +40,6 @@ ALONG = 2
 """Index of the block's rigid mode along the crank's axis."""
 
 
-class SlowPart(Protocol):
-    """Slow modes of one body, with coordinates y that follow ẏ = ``matrix`` y."""
-
-    matrix: Array
-
-    def over(self, time: float) -> Array:
-        """Matrix M by which coordinates y are multiplied after ``time``, s."""
-
-    def split(self, motion: Motion) -> Array:
-        """Coordinates y of a motion in the slow modes."""
-
-    def lift(self, y: Array) -> Motion:
-        """Motion of all modes in which only these slow modes move, with coordinates y."""
-
-    def coordinates(self, y: Array) -> Array:
-        """Coordinates y that have energy, scaled such that the sum of their squares is twice the energy, J."""
-
-
 def body_shares(model: ModelArrays, row: Array) -> Array:
     """Modal motion (3, n) of an added body tied to the crank: rotation about z, displacement along x and along y.
 
@@ -77,7 +58,10 @@ def frame_change(frame: Array) -> Array:
 
 
 class DriveLine:
-    """Crank and drive line, y = (β, β̇, δ, w) with the rotations β (m,) of the crank and of all inertias behind it."""
+    """Crank and drive line, y = (β, β̇, δ, w) with the rotations β (m,) of the crank and of all inertias behind it.
+
+    The coordinates y follow ẏ = ``matrix`` y, as those of :class:`BlockOnMounts` do.
+    """
 
     def __init__(self, model: ModelArrays, speed: float, motions: Array | None = None) -> None:
         """See :meth:`.Line.of` for ``motions``, by default one of zero."""
@@ -251,7 +235,7 @@ class SlowModes:
         self.block = BlockOnMounts(model, speed) if driven and model.block_ports.shape[0] > 0 else None
 
     @property
-    def _parts(self) -> list[SlowPart]:
+    def _parts(self) -> list[DriveLine | BlockOnMounts]:
         return [part for part in (self.drive_line, self.block) if part is not None]
 
     def follow(self, motions: Array) -> None:

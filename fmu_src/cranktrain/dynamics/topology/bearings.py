@@ -14,7 +14,16 @@ from cranktrain.core.named import resolve
 from cranktrain.core.reduced_body import Array
 from cranktrain.dynamics.topology.axial_joint import sliding_law, sliding_record
 from cranktrain.dynamics.topology.damper import HEAT, damper_law, damper_record
-from cranktrain.dynamics.topology.pieces import ANGLE, LENGTH, REFERENCE_VISCOSITY, SAME, FilmParts, Piece, between
+from cranktrain.dynamics.topology.pieces import (
+    ANGLE,
+    LENGTH,
+    REFERENCE_VISCOSITY,
+    SAME,
+    FilmParts,
+    Piece,
+    between,
+    component,
+)
 from cranktrain.dynamics.topology.terms import Direction, unit
 from cranktrain.dynamics.topology.values import CRANK, Frame
 from cranktrain.engine.checks.crankshaft import check_damper
@@ -137,11 +146,11 @@ def thrust_pieces(thrust: Thrust, collar: Frame, pads: Frame) -> list[Piece]:
     need("", "contact_height", 2.0 * height < thrust.clearance, text)
     tilts = thrust.collar == "tilting"
     form = THRUST["tilting" if tilts else "axial"]
-    along, still, half = unit(2), np.zeros(3), 0.5 * thrust.clearance
-    components, scales = [between(collar, along, still)], [half]
+    half = 0.5 * thrust.clearance
+    components, scales = [component(collar, "z")], [half]
     outputs = [("force.z", "force", 0), ("position.z", "place", 0)]
     if tilts:
-        components += [between(collar, still, unit(k)) for k in range(2)]
+        components += [component(collar, axis) for axis in ("rx", "ry")]
         scales += [half / (0.25 * (inner + outer))] * 2
         outputs += [(f"moment.{way}", "force", 1 + k) for k, way in enumerate("xy")]
         outputs += [(f"rotation.{way}", "place", 1 + k) for k, way in enumerate("xy")]
@@ -159,12 +168,11 @@ def damper_pieces(ring: RingDamper, first: Frame, second: Frame) -> list[Piece]:
     """Piece of a connection for a torsional damper; the first end is the housing, the second end is the ring."""
     need_alike("a damper joins a housing and a ring that turn alike", first, second)
     check_damper(ring.damper)
-    component = between(first, np.zeros(3), unit(2))
     outputs = (
         ("torque", "force", 0), ("twist", "place", 0), ("twist_rate", "velocity", 0), ("heat", "out", HEAT),
     )  # fmt: skip
-    record = damper_record(ring.damper)
-    return [Piece([component], [ANGLE], damper_law, record, first, outputs=outputs, told_speed=True)]
+    record, twist = damper_record(ring.damper), [component(first, "rz")]
+    return [Piece(twist, [ANGLE], damper_law, record, first, outputs=outputs, told_speed=True)]
 
 
 def need_alike(what: str, first: Frame, second: Frame) -> None:
@@ -187,7 +195,7 @@ def joint_pieces(joint: SlidingJoint, first: Frame, second: Frame) -> list[Piece
         for key in ("spline_radius", "friction"):
             text = "is missing; a spline slides by friction x torque / spline_radius; give it, or take joint bolted"
             need("", key, getattr(joint, key) > 0.0, text)
-    components = [between(first, unit(2), np.zeros(3)), between(first, np.zeros(3), unit(2))]
+    components = [component(first, axis) for axis in ("z", "rz")]
     outputs = (
         ("force.z", "force", 0), ("torque", "force", 1), ("slip", "place", 0), ("slip_velocity", "velocity", 0),
         ("twist", "place", 1), ("twist_rate", "velocity", 1),
@@ -202,7 +210,7 @@ def joint_pieces(joint: SlidingJoint, first: Frame, second: Frame) -> list[Piece
 
 def _journal(frame: Frame, half: float) -> list[tuple[Direction, Direction]]:
     """Components of a journal's motion: lateral motion of its middle, and of its end at ``half`` (m), if any."""
-    components = [between(frame, unit(k), np.zeros(3)) for k in range(2)]
+    components = [component(frame, axis) for axis in "xy"]
     if half:
         ways = (half * unit(1), -half * unit(0))
         components += [between(frame, np.zeros(3), way) for way in ways]

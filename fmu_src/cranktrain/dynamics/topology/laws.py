@@ -33,7 +33,16 @@ from cranktrain.dynamics.topology.gas import gas_law, gas_record
 from cranktrain.dynamics.topology.gear_mesh import mesh_law, mesh_record
 from cranktrain.dynamics.topology.liner import LinerRecord, liner_law
 from cranktrain.dynamics.topology.own_law import own_pieces
-from cranktrain.dynamics.topology.pieces import ANGLE, LENGTH, SAME, FilmParts, Piece, between
+from cranktrain.dynamics.topology.pieces import (
+    ANGLE,
+    LENGTH,
+    SAME,
+    FilmParts,
+    Piece,
+    between,
+    component,
+    piece_along,
+)
 from cranktrain.dynamics.topology.slider_crank import HEIGHT, SIDE, SPEED, slider_crank_law, slider_crank_record
 from cranktrain.dynamics.topology.spring import LoadRecord, SpringRecord, load_law, spring_law
 from cranktrain.dynamics.topology.terms import Direction, unit
@@ -208,9 +217,8 @@ def _mesh(mesh: GearMesh, first: Frame, second: Frame) -> list[Piece]:
 
 def _coupling(coupling: Coupling, first: Frame, second: Frame) -> list[Piece]:
     need_alike("a coupling joins bodies that turn alike", first, second)
-    component = between(first, np.zeros(3), unit(2))
     outputs = (("torque", "force", 0), ("twist", "place", 0), ("twist_rate", "velocity", 0))
-    return [Piece([component], [ANGLE], coupling_law, coupling_record(coupling), first, outputs=outputs)]
+    return [Piece([component(first, "rz")], [ANGLE], coupling_law, coupling_record(coupling), first, outputs=outputs)]
 
 
 def _axes(values: Any, what: str) -> Array:
@@ -222,19 +230,13 @@ def _axes(values: Any, what: str) -> Array:
 
 def _spring(spring: Spring, first: Frame, second: Frame) -> list[Piece]:
     """Pieces of a spring along the engine's axes; for a piston along the axes of its cylinder."""
-    pieces, axes = [], first if first.slider is not None and not first.swings else REST
-    for turning, name, axis in ((False, "force", "position"), (True, "moment", "rotation")):
-        before = "turning_" if turning else ""
+    pieces, frame = [], first if first.slider is not None and not first.swings else REST
+    for turning, before in (("", ""), ("r", "turning_")):
         k, c = (_axes(getattr(spring, before + part), before + part) for part in ("stiffness", "damping"))
-        if not (k.any() or c.any()):
-            continue
-        held = [way for way in range(3) if k[way] or c[way]]
-        ways = [(np.zeros(3), unit(way)) if turning else (unit(way), np.zeros(3)) for way in held]
-        outputs = tuple((f"{name}.{'xyz'[way]}", "force", at) for at, way in enumerate(held))
-        outputs += tuple((f"{axis}.{'xyz'[way]}", "place", at) for at, way in enumerate(held))
-        components = [between(axes, *way) for way in ways]
-        scales = [ANGLE if turning else LENGTH] * len(held)
-        pieces.append(Piece(components, scales, spring_law, SpringRecord(k[held], c[held]), outputs=outputs))
+        held = np.flatnonzero((k != 0.0) | (c != 0.0)).tolist()
+        if held:
+            axes = [turning + "xyz"[way] for way in held]
+            pieces.append(piece_along(frame, axes, spring_law, SpringRecord(k[held], c[held])))
     if not pieces:
         raise InputError("a spring needs stiffness or damping; give stiffness = [kx, ky, kz]")
     return pieces
@@ -243,16 +245,13 @@ def _spring(spring: Spring, first: Frame, second: Frame) -> list[Piece]:
 def _load(load: Load, first: Frame, second: Frame) -> list[Piece]:
     pieces, slot = [], LOAD_INPUTS.get(load.input, -1)
     turning = np.array([load.order, load.phase, slot >= 0])
-    for about, name in ((False, "force"), (True, "torque")):
+    for about, name, scale in (("", "force", LENGTH), ("r", "torque", ANGLE)):
         force = _axes(getattr(load, name), name)
         if force.any():
-            ways = [(np.zeros(3), unit(k)) if about else (unit(k), np.zeros(3)) for k in range(3)]
             outputs = tuple((f"{name}.{way}", "force", at) for at, way in enumerate("xyz"))
-            axes = Frame("crank angle", 1.0)
-            components = [between(REST, *way) for way in ways]
-            scales = [ANGLE if about else LENGTH] * 3
+            axes, components = Frame("crank angle", 1.0), [component(REST, about + way) for way in "xyz"]
             record = LoadRecord(force, turning)
-            pieces.append(Piece(components, scales, load_law, record, axes, outputs=outputs, input=slot, holds=0))
+            pieces.append(Piece(components, [scale] * 3, load_law, record, axes, outputs=outputs, input=slot, holds=0))
     if not pieces:
         raise InputError("a load needs a force or a torque; give force = [Fx, Fy, Fz]")
     return pieces
@@ -267,17 +266,16 @@ def _need_piston(frame: Frame) -> None:
 
 def _gas(gas: Gas, piston: Frame, head: Frame) -> list[Piece]:
     _need_piston(piston)
-    record, axes = gas_record(gas), Frame("crank angle", 1.0)
-    component = between(piston, unit(1), np.zeros(3))
-    outputs = (("force", "force", 0),)
-    return [Piece([component], [LENGTH], gas_law, record, axes, outputs=outputs, cylinder=gas.cylinder, holds=0)]
+    axes, outputs = Frame("crank angle", 1.0), (("force", "force", 0),)
+    along = [component(piston, "y")]
+    return [Piece(along, [LENGTH], gas_law, gas_record(gas), axes, outputs=outputs, cylinder=gas.cylinder, holds=0)]
 
 
 def _liner(liner: Liner, piston: Frame, wall: Frame) -> list[Piece]:
     _need_piston(piston)
     heights = liner.upper_height, liner.lower_height
     components = [between(piston, unit(0), -height * unit(2)) for height in heights]
-    components.append(between(piston, unit(1), np.zeros(3)))
+    components.append(component(piston, "y"))
     outputs = (
         ("force.upper", "force", 0), ("force.lower", "force", 1), ("friction", "force", 2), ("gap.upper", "place", 0),
         ("gap.lower", "place", 1), ("speed", "velocity", 2),
@@ -334,7 +332,7 @@ def _slider_crank(given: SliderCrank, pin: Frame, cylinder: Frame) -> list[Piece
         need("", "length", given.length > reach, text)
         return slider_crank_record(given, pin.sense, parts.first[:2])
 
-    components = [between(pin, unit(k), np.zeros(3)) for k in range(2)]
+    components = [component(pin, axis) for axis in "xy"]
     outputs = (
         ("force.x", "force", 0), ("force.y", "force", 1), ("piston.position", "out", HEIGHT),
         ("piston.velocity", "out", SPEED), ("force.side", "out", SIDE),

@@ -4,13 +4,15 @@ A kernel is made for each law, when a model first needs its address. Records hol
 the exchanged data: last displacement and velocity, the forces found there, and whether the last call failed.
 """
 
+from __future__ import annotations
+
 import ctypes
 import dis
 import math
 import time
 import warnings
 from collections.abc import Callable
-from typing import Any, NamedTuple, Protocol
+from typing import TYPE_CHECKING, Any, NamedTuple
 
 import numpy as np
 
@@ -18,6 +20,9 @@ from cranktrain.core.errors import InputError
 from cranktrain.core.kernel import OPTIONS, Kernel, compiler, record_reader
 from cranktrain.core.reduced_body import Array
 from cranktrain.film.laws import films as on
+
+if TYPE_CHECKING:
+    from cranktrain.dynamics.topology.own_law import OwnLaw
 
 MOST_AXES = 4
 OF_SCALE, OF_VALUE = 1.0e-3, 1.0e-6
@@ -46,33 +51,14 @@ TRIED = 200
 """Number of calls by which a law in Python is timed."""
 
 
-class Function(Protocol):
-    """Interface of a law from which a kernel is made, see :class:`cranktrain.dynamics.topology.own_law.OwnLaw`."""
-
-    name: str
-    axes: tuple[str, ...]
-    function: Callable[..., Any]
-    tangent: Callable[..., Any] | None
-    compiled: bool | None
-    arguments: dict[str, float | None]
-    parameters: dict[str, float | None]
-    told: tuple[str, ...]
-
-
 class OwnRecord(NamedTuple):
     """Data of one connection by a user's law."""
 
-    values: Array  # (1 + p,) an unused value, parameters
     scale: Array  # (n,) scale of motion of each component
     exchange: Array  # (VALUES_AT + p,) arguments and results of a call, then p parameters
 
 
-def exchange_size(parameters: int) -> int:
-    """Size of ``OwnRecord.exchange``."""
-    return VALUES_AT + parameters
-
-
-_read = record_reader(OwnRecord(np.zeros(1), np.zeros(1), np.zeros(1)))
+_read = record_reader(OwnRecord(np.zeros(1), np.zeros(1)))
 
 
 class OwnKernel(Kernel):
@@ -83,7 +69,7 @@ class OwnKernel(Kernel):
     raised : exception that the law's function in Python has raised last, None for a compiled one
     """
 
-    def __init__(self, law: Function) -> None:
+    def __init__(self, law: OwnLaw) -> None:
         def named() -> None:
             """Stand-in that gives the kernel its name; no library of machine code contains it."""
 
@@ -125,7 +111,7 @@ class OwnKernel(Kernel):
         """C callback of the function, whose argument is the address of the exchange; also the time of one call in s."""
         law = self._law
         entry = ctypes.CFUNCTYPE(ctypes.c_int64, ctypes.c_int64)(self._called)
-        probe = np.zeros(exchange_size(len(law.parameters)))
+        probe = np.zeros(VALUES_AT + len(law.parameters))
         address = int(probe.ctypes.data)
         entry(address)
         begin = time.perf_counter()
@@ -166,7 +152,7 @@ def _jit(function: Callable[..., Any]) -> Any:
     return compiler().njit(**{key: value for key, value in OPTIONS.items() if key != "_nrt"})(function)
 
 
-def _answer(law: Function, function: Any, tangent: Any) -> Callable[..., Any]:
+def _answer(law: OwnLaw, function: Any, tangent: Any) -> Callable[..., Any]:
     """Make ``answer(exchange, with_tangent)``, which evaluates a compiled function on an exchange and returns 0."""
     size = len(law.axes)
 
@@ -204,7 +190,7 @@ def _call_back(entry: Any) -> Callable[..., Any]:
     return answer
 
 
-def _whole(law: Function, answer: Any) -> Any:
+def _whole(law: OwnLaw, answer: Any) -> Any:
     """Compile the law's kernel for the argument types of all laws."""
     made = _jit(_kernel(answer, len(law.axes), law.tangent is not None))
     numba = compiler()
@@ -243,8 +229,6 @@ def _kernel(answer: Any, size: int, exact: bool) -> Callable[..., Any]:
             exchange[VELOCITY_AT + r] = velocity[r]
         exchange[ANGLE_AT] = numbers[on.ANGLE]
         exchange[SPEED_AT] = numbers[on.RUBBING]
-        for k in range(1, own.values.shape[0]):
-            exchange[VALUES_AT + k - 1] = own.values[k]
         status = evaluate(exchange)
         if status != 0:
             return FAILURE

@@ -42,12 +42,11 @@ from cranktrain.dynamics.topology.own_kernel import (
     FAILED_AT,
     MOST_AXES,
     RAISED,
+    VALUES_AT,
     OwnKernel,
     OwnRecord,
-    exchange_size,
 )
-from cranktrain.dynamics.topology.pieces import ANGLE, LENGTH, FilmParts, Piece, between
-from cranktrain.dynamics.topology.terms import unit
+from cranktrain.dynamics.topology.pieces import ANGLE, LENGTH, FilmParts, Piece, piece_along
 from cranktrain.dynamics.topology.values import REST, Frame
 from cranktrain.engine.connections import Own
 from cranktrain.film.laws.films import IntArray
@@ -177,25 +176,19 @@ def own_pieces(data: Own, first: Frame, second: Frame) -> list[Piece]:
         raise InputError(f"{len(data.parameters)} parameters and {len(data.values)} values; give one for each")
     own = found.stated(dict(zip(data.parameters, data.values, strict=True)), "")
     _try_at_rest(found, own.values)
-    axes = first if first.slider is not None and not first.swings else REST
-    components, outputs = [], list[tuple[str, str, int]]()
-    for place, axis in enumerate(found.axes):
-        turning, way = axis.startswith("r"), unit("xyz".index(axis[-1]))
-        components.append(between(axes, np.zeros(3), way) if turning else between(axes, way, np.zeros(3)))
-        outputs.append((f"{'moment' if turning else 'force'}.{axis[-1]}", "force", place))
-        outputs.append((f"{'rotation' if turning else 'position'}.{axis[-1]}", "place", place))
+    frame = first if first.slider is not None and not first.swings else REST
 
     def record(_: Array, parts: FilmParts) -> OwnRecord:
-        made = OwnRecord(np.array([0.0, *own.values]), np.array(found.scale), np.zeros(exchange_size(len(own.values))))
+        made = OwnRecord(np.array(found.scale), np.array([*np.zeros(VALUES_AT), *own.values]))
         key = int(made.exchange.ctypes.data)
         _NAMES[key] = parts.connection, found
         weakref.finalize(made.exchange, _NAMES.pop, key, None)
         return made
 
     return [
-        Piece(
-            components, list(found.scale), found.kernel, record, Frame("crank angle", 1.0), rubs=True,
-            outputs=tuple(sorted(outputs, key=lambda one: one[1] == "place")), carried=True,
+        piece_along(
+            frame, found.axes, found.kernel, record, scales=list(found.scale), axes=Frame("crank angle", 1.0),
+            rubs=True, carried=True,
         )
     ]  # fmt: skip
 

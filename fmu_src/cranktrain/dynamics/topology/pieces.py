@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 from typing import TYPE_CHECKING, Any, NamedTuple
 
 import numpy as np
@@ -98,6 +98,24 @@ class Piece(NamedTuple):
     has_mass: bool = False
     input: int = -1
     holds: int = 4
+
+
+def component(frame: Frame, axis: str) -> tuple[Direction, Direction]:
+    """Component of motion along an axis of a frame (x, y, z), or about it (rx, ry, rz)."""
+    way, still = np.eye(3)["xyz".index(axis[-1])], np.zeros(3)
+    return between(frame, still, way) if axis.startswith("r") else between(frame, way, still)
+
+
+def piece_along(frame: Frame, ways: Sequence[str], kernel: Any, record: Any, **more: Any) -> Piece:
+    """Piece with components along and about axes of a frame, whose outputs are forces, moments and motion by axis."""
+    components, turns = [component(frame, way) for way in ways], [way.startswith("r") for way in ways]
+    outputs = tuple(
+        (f"{names[turning]}.{way[-1]}", kind, at)
+        for kind, names in (("force", ("force", "moment")), ("place", ("position", "rotation")))
+        for at, (way, turning) in enumerate(zip(ways, turns, strict=True))
+    )
+    scales = more.pop("scales", [ANGLE if turning else LENGTH for turning in turns])
+    return Piece(components, scales, kernel, record, outputs=outputs, **more)
 
 
 def between(frame: Frame, along: Array, about: Array) -> tuple[Direction, Direction]:

@@ -12,8 +12,7 @@ import numpy as np
 from cranktrain.core.errors import InputError
 from cranktrain.core.reduced_body import Array, ReducedBody
 from cranktrain.dynamics.linear import SmallMotions, mean_places
-from cranktrain.dynamics.model.pack import Cranktrain, no_body, pack
-from cranktrain.dynamics.model.records import no_ports
+from cranktrain.dynamics.model.pack import Cranktrain, pack
 from cranktrain.dynamics.tangents import tangents_in_rotation
 from cranktrain.dynamics.topology import slots as at
 from cranktrain.dynamics.topology.relations import groups, joined_crank
@@ -66,11 +65,7 @@ def topology_modes(topology: Topology, crank: CrankAtRest | None = None) -> Topo
         body = crank.body
     on_crank, in_block = (0 if one is None else one.n_modes for one in (body, block))
     first = on_crank + in_block
-    ports = no_ports()._replace(turning=np.zeros((0, on_crank)), block=np.zeros((0, in_block)))
-    own = Cranktrain(
-        turning=body, joined=parts, block=block, stationary=block or no_body(), damping=np.zeros(first), ports=ports
-    )
-    model = pack(topology, own)
+    model = pack(topology, Cranktrain(turning=body, joined=parts, block=block))
     laws = tangents_in_rotation(model, places=mean_places(model)).mean()
     mass, _, stiffness = SmallMotions(model, still=True).equations(0.0, laws)
     if crank is not None:
