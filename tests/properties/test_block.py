@@ -187,6 +187,15 @@ def test_own_mesh_gives_the_same_surfaces_and_says_what_lacks_or_lies_elsewhere(
         read_block_mesh(path, plan)
 
 
+@pytest.mark.slow
+def test_own_mesh_reduces_to_the_same_body(engine, plan, mesh, body, tmp_path):
+    path = tmp_path / "block.msh"
+    write_mesh(path, mesh, {name: name for name in interface_places(plan)})
+    own = reduced_block(engine, path)
+    assert own.interfaces == body.interfaces and own.digest != body.digest
+    assert own.frequencies_hz[6:40] == pytest.approx(body.frequencies_hz[6:40], rel=1e-7)
+
+
 def write_mesh(path, mesh, names):
     """Gmsh file of a mesh with named surfaces."""
     t, corners = mesh.t, mesh.nvertices
