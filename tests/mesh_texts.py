@@ -95,7 +95,7 @@ def by_meshio(path, cube, form):
     tags = [np.full(len(rows), k) for k, (_, rows) in enumerate(cells)]
     if form == "nastran":
         meshio.write(path, meshio.Mesh(cube.points, cells, cell_data={"nastran:ref": tags}), file_format="nastran")
-        names = "".join(f'$HMNAME PROP {k} "{name}"\n' for k, name in enumerate(cube.faces, 1))
+        names = "".join(f'$HMNAME PROP {k:10d}"{name}" 4\n' for k, name in enumerate(cube.faces, 1))
         path.write_text(path.read_text().replace("BEGIN BULK\n", f"BEGIN BULK\n{names}"))
         return path
     fields = {name: np.array([k, 2]) for k, name in enumerate(cube.faces, 1)}

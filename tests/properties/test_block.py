@@ -13,7 +13,7 @@ from solids import STEEL, ring
 from some import some
 
 from cranktrain.core.reduced_body import rigid, rigid_coordinates
-from cranktrain.engine.checks.block import check_block, check_mounts
+from cranktrain.engine.checks.block import check_block, check_mounts, mount_stiffness
 from cranktrain.engine.file import load_engine
 from cranktrain.structure.block.bore import block_bore_compliance, bore_loads
 from cranktrain.structure.block.mesh import block_interface_names, block_mesh, interface_places, read_block_mesh
@@ -187,6 +187,15 @@ def test_own_mesh_gives_the_same_surfaces_and_says_what_lacks_or_lies_elsewhere(
         read_block_mesh(path, plan)
 
 
+@pytest.mark.slow
+def test_own_mesh_reduces_to_the_same_body(engine, plan, mesh, body, tmp_path):
+    path = tmp_path / "block.msh"
+    write_mesh(path, mesh, {name: name for name in interface_places(plan)})
+    own = reduced_block(engine, path)
+    assert own.interfaces == body.interfaces and own.digest != body.digest
+    assert own.frequencies_hz[6:40] == pytest.approx(body.frequencies_hz[6:40], rel=1e-7)
+
+
 def write_mesh(path, mesh, names):
     """Gmsh file of a mesh with named surfaces."""
     t, corners = mesh.t, mesh.nvertices
@@ -274,6 +283,14 @@ def test_what_no_block_can_be_made_of_is_refused(engine):
         inset(hull([(0.0, 0.0), (2.0, 0.0), (2.0, 2.0), (0.0, 2.0)]), (1.1, 1.1, 1.1, 1.1))
     with one_line("bore 3 is not one of 1..2"):
         block_bore_compliance(engine, 6, main=3)
+
+
+def test_mount_stiffness_of_two_springs():
+    mounts = load_engine("diesel_i6").mounts
+    stiffness = mount_stiffness(mounts)
+    assert stiffness[1, 1] == pytest.approx(sum(mounts.stiffness_y))
+    roll = np.dot(mounts.stiffness_y, np.square(mounts.x)) + sum(mounts.stiffness_rz)
+    assert stiffness[5, 5] == pytest.approx(roll)
 
 
 def test_bore_takes_the_films_whole_pressure_in_its_middle():

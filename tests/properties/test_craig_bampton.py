@@ -10,7 +10,7 @@ from some import some
 from cranktrain.core.errors import InputError, SolverError
 from cranktrain.core.reduced_body import rigid_coordinates
 from cranktrain.structure.fem.craig_bampton import Flexibility, craig_bampton, eigenmodes, rigid_motions
-from cranktrain.structure.fem.elasticity import finite_elements
+from cranktrain.structure.fem.elasticity import finite_elements, geometric_stiffness, sample
 from cranktrain.structure.fem.interfaces import averaged_interfaces, tied_surfaces
 from cranktrain.structure.fem.reduction import lumped_mass, static_error
 
@@ -122,6 +122,19 @@ def test_rigid_rotations_see_the_moments_of_inertia():
     np.testing.assert_allclose(np.diag(spin)[:3], [-body.mass, -body.mass, 0.0], atol=1e-9 * body.mass)
     sides = np.array([0.08, 0.05, 0.12]) ** 2
     np.testing.assert_allclose(np.diag(body.inertia), body.mass / 12 * (sides.sum() - sides), rtol=1e-9)
+
+
+def test_stress_stiffness_without_rigid_replacement_agrees_with_the_rigid_rows():
+    """A balanced body: the finite-element K_σ itself gives the work of the turned centrifugal load."""
+    model = finite_elements(block((0.08, 0.05, 0.12), (2, 2, 3)), STEEL)
+    motions = rigid_motions(model)
+    outward = sample(model, lambda x: x * np.array([[1.0], [1.0], [0.0]]))
+    free = Flexibility.of(model.stiffness, model.mass, motions)
+    stress = geometric_stiffness(model, free.solve((model.mass @ outward)[:, None])[:, 0])
+    inertia = np.diag(motions.T @ (model.mass @ motions))[3:]
+    x2, y2, _ = 0.5 * inertia.sum() - inertia  # ∫ρ x², ∫ρ y²
+    rotations = np.diag(motions[:, 3:].T @ (stress @ motions[:, 3:]))
+    np.testing.assert_allclose(rotations, [y2, x2, x2 + y2], rtol=1e-9)
 
 
 def test_lumped_mass_keeps_the_frequencies_and_the_factors(model, reduced):

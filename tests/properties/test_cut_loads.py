@@ -88,6 +88,8 @@ def test_a_run_balances(beam):
     assert missed[:3].max() < 1e-6 * force
     assert missed[3:].max() < 1e-6 * moment
     assert cuts.unbalanced_share(beam) < 1e-6
+    for left, whole in zip(loads.cut(np.inf, np.zeros(3)), (loads.forces, loads.moments), strict=True):
+        assert np.abs(left).max() < 1e-9 * np.abs(whole).max()  # at the free end
 
 
 def test_pieces_lack_little_of_the_elastic_body(beam):

@@ -12,7 +12,7 @@ from skfem.helpers import dot
 from skfem.models.elasticity import lame_parameters, linear_elasticity
 from solids import STEEL, block, frequencies, round_bar
 
-from cranktrain.structure.fem.dissection import bisection, nested_dissection
+from cranktrain.structure.fem.dissection import bisection, nested_dissection, vertex_cover
 from cranktrain.structure.fem.elasticity import QUADRATURE_ORDER, finite_elements, lumped_volume, sample, scalar_basis
 from cranktrain.structure.fem.factor import Cholesky, factorise
 
@@ -147,6 +147,15 @@ def test_a_fine_ring_in_a_coarse_body_is_cut_across():
     places = np.stack([np.cos(np.r_[turn, middle]), np.sin(np.r_[turn, middle]), np.zeros(graph.shape[0])], axis=1)
     across = 2 * section + hubs
     assert (bisection(graph, places) == 2).sum() <= across < (bisection(graph) == 2).sum()
+
+
+def test_vertex_cover_is_least():
+    """König: as many as the largest matching; here a star and a path."""
+    rows, columns = vertex_cover(sparse.csr_matrix(np.ones((1, 7))))
+    assert rows.sum() == 1 and columns.sum() == 0
+    path = np.eye(4) + np.eye(4, k=1)
+    rows, columns = vertex_cover(sparse.csr_matrix(path))
+    assert rows.sum() + columns.sum() == 4 and np.all((path == 0) | rows[:, None] | columns[None, :])
 
 
 def test_a_model_keeps_no_data_of_its_integration_points(model):

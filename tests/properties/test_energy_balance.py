@@ -9,6 +9,7 @@ import math
 from dataclasses import replace
 from functools import cache
 
+import entry
 import numpy as np
 import pytest
 from bodies import rigid_crank, six
@@ -16,6 +17,7 @@ from box_block import box_block
 from small_block import single
 from standing import rigid_block
 
+from cranktrain.dynamics.settled.samples import PowerSamples
 from cranktrain.dynamics.simulation import Parts, Settings, simulate
 from cranktrain.engine.file import load_engine
 from cranktrain.film.elastic.bore_compliance import BoreCompliance
@@ -23,6 +25,7 @@ from cranktrain.film.table.database import bearing_settings
 from cranktrain.loads.damper import with_damper_housing
 from cranktrain.results.energy import SHARES
 from cranktrain.results.summary import run_summary
+from cranktrain.results.tables import energy_table
 from cranktrain.store.film_tables import film_table
 from cranktrain.structure.crank.reduction import running_body
 
@@ -92,6 +95,26 @@ def test_each_loss_counts():
     # Heat comes from no loss, and all that take power are named.
     assert all(loss > -CLOSED * gas for loss in losses.values())
     assert set(losses) == {share.key for share in SHARES}
+
+
+def test_the_table_shows_what_there_is():
+    found = of_six("impedance", "elastic", 1.25)
+    rows = energy_table(found)[2]
+    assert rows[0] == ("work of the gas", f"{found['gas_work_j']:.6g}", "1")
+    names = {row[0] for row in rows}
+    assert names >= {"work to the dynamometer", "engine mounts", "unaccounted for"} and "torsional damper" not in names
+
+
+def test_power_samples_are_those_of_the_newest_whole_cycle():
+    samples, rows = PowerSamples(3), np.arange(6.0 * entry.POWERS).reshape(6, entry.POWERS)
+    samples.begin(rows[0])
+    for k in range(1, 6):
+        samples.add(rows[k])
+        assert samples.cycle is None if k < 3 else np.array_equal(samples.cycle, rows[k - 3 : k + 1])
+    samples.begin(rows[4])
+    assert np.array_equal(samples.cycle, rows[2:])
+    samples.add(rows[0])
+    assert samples.cycle is None
 
 
 def test_a_free_speed_has_no_balance():
