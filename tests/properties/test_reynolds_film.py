@@ -5,6 +5,7 @@ from dataclasses import replace
 import numpy as np
 import pytest
 from one_line import one_line
+from some import some
 
 from cranktrain.core.errors import InputError, SolverError
 from cranktrain.film.reynolds.field import Edges, Supply, solve_film
@@ -238,25 +239,17 @@ def jump(rng, film, n_x=36, n_z=7):
     return bearing(h, float(rng.choice([0.0, 8.0, -8.0, 8 * rng.normal()])), **options)
 
 
-def jumps(seed, count):
+@pytest.mark.parametrize(
+    ("seed", "count"), [(0, 1500), *(pytest.param(k, 8000, marks=pytest.mark.slow) for k in range(1, 5))]
+)
+def test_random_jumps_of_state(seed, count):
     rng = np.random.default_rng(seed)
     film = bearing(journal(36, 7, 0.0, 0.0))
-    for _ in range(count):
+    for _ in some(range(count)):
         film = jump(rng, film)
-        assert np.isfinite(film.pressure).all()
-        assert film.pressure.min() >= 0.0
+        assert np.isfinite(film.pressure).all() and film.pressure.min() >= 0.0
         assert 0.0 <= film.fill.min() <= film.fill.max() <= 1.0
         assert film.mass_defect < 1e-10
-
-
-def test_random_jumps_of_state():
-    jumps(0, 1500)
-
-
-@pytest.mark.slow
-@pytest.mark.parametrize("seed", range(1, 5))
-def test_many_random_jumps_of_state(seed):
-    jumps(seed, 8000)
 
 
 def slider(n, law=None, load_factor=1.0):
