@@ -49,6 +49,20 @@ def rows_and_columns(path, matrix):
     path.write_text("".join(lines).replace("E", "D"))
 
 
+def punch(path, matrices, nodes=(1, 2, 3, 4, 5)):
+    """A punch file: symmetric DMIG, lower triangle by columns, in fields of 16 with FORTRAN's exponents."""
+    lines = ["$TITLE = SHAFT", "$SUBCASE 1"]
+    for name, matrix in matrices.items():
+        lines.append(f"DMIG    {name:8s}{0:8d}{6:8d}{2:8d}{0:8d}{'':8s}{len(matrix):8d}")
+        for j, column in enumerate(matrix.T):
+            lines.append(f"DMIG*   {name:8s}{'':8s}{nodes[j // 6]:16d}{j % 6 + 1:16d}")
+            for i in range(j, len(matrix)):
+                if column[i]:
+                    value = f"{column[i]:.9E}".replace("E", "D")
+                    lines.append(f"*       {nodes[i // 6]:16d}{i % 6 + 1:16d}{value:>16s}")
+    path.write_text("\n".join(lines) + "\n")
+
+
 def describe(path, places, interfaces, files, units="m-kg-s"):
     lines = [f'{key} = "{name}"' for key, name in {**files, "units": units}.items()]
     lines += ["[interfaces]", *(f'"{name}" = {node}' for name, node in interfaces.items())]

@@ -8,6 +8,8 @@ import re
 import numpy as np
 import pytest
 from mesh_texts import Cube, by_meshio, deck, node_lines, numbered, universal
+from one_line import one_line
+from refusals import refused_files
 from scipy.spatial.transform import Rotation
 
 from cranktrain.cli.main import main
@@ -43,29 +45,14 @@ def test_triangles_of_second_order_name_surfaces_in_a_deck_with_two_blocks_of_no
     same_as_the_cube(written(tmp_path / "cube.INP", deck(CUBE, kind)))
 
 
-def side_of(row, triangle):
-    return next(k for k, face in enumerate(ABAQUS_FACES, 1) if {row[c] for c in face} == set(triangle))
-
-
-def faces_lines(name):
-    """Lines of *SURFACE with the element and its side for each triangle."""
-    lines = [f"*SURFACE, NAME={name}, TYPE=ELEMENT"]
+def sides(name):
+    """Elements of a face's triangles by the side that the triangle is, S1 to S4."""
+    found = {}
     for triangle in CUBE.faces[name][:, :3].tolist():
-        row = next(k for k, nodes in enumerate(CUBE.tets.tolist()) if set(triangle) <= set(nodes[:4]))
-        lines.append(f"{row + 1}, S{side_of(CUBE.tets[row].tolist(), triangle)}")
-    return lines
-
-
-def sets_by_side(name):
-    """The same by element sets, one for each side."""
-    sides = {}
-    for line in faces_lines(name)[1:]:
-        element, side = line.split(", ")
-        sides.setdefault(side, []).append(element)
-    lines = []
-    for side, members in sides.items():
-        lines += [f"*ELSET, ELSET=_{name}_{side}", *(f"{member}," for member in members)]
-    return [*lines, f"*SURFACE, TYPE=ELEMENT, NAME={name}", *(f"_{name}_{side}, {side}" for side in sides)]
+        row, nodes = next((k, row) for k, row in enumerate(CUBE.tets.tolist(), 1) if set(triangle) <= set(row[:4]))
+        side = next(k for k, face in enumerate(ABAQUS_FACES, 1) if {nodes[c] for c in face} == set(triangle))
+        found.setdefault(f"S{side}", []).append(row)
+    return found
 
 
 def test_a_surface_of_elements_alone_is_their_free_faces(tmp_path):
@@ -81,9 +68,12 @@ def test_surfaces_of_a_deck_are_faces_sets_of_faces_nodes_or_shells(tmp_path, fo
     lines = deck(CUBE, surfaces=form == "shells")
     for name, rows in CUBE.faces.items():
         if form == "faces":
-            lines += faces_lines(name)
+            lines.append(f"*SURFACE, NAME={name}, TYPE=ELEMENT")
+            lines += [f"{row}, {side}" for side, members in sides(name).items() for row in members]
         elif form == "sets":
-            lines += sets_by_side(name)
+            for side, members in sides(name).items():
+                lines += [f"*ELSET, ELSET=_{name}_{side}", *(f"{row}," for row in members)]
+            lines += [f"*SURFACE, TYPE=ELEMENT, NAME={name}", *(f"_{name}_{side}, {side}" for side in sides(name))]
         elif form == "nodes":
             nodes = sorted(int(node) + 1 for node in np.unique(rows))
             lines += [f"*NSET, NSET=n_{name}", *map(str, nodes), f"*SURFACE, TYPE=NODE, NAME={name}", f"n_{name},"]
@@ -143,100 +133,39 @@ def test_a_universal_file_may_name_nodes(tmp_path):
     same_as_the_cube(written(tmp_path / "cube.unv", [*lines, "    -1"]))
 
 
-def changed(line, text, lines):
-    """Lines of which the first that begins so is another one."""
-    at = next(k for k, own in enumerate(lines) if own.startswith(line))
-    return [*lines[:at], *([] if text is None else text.split("\n")), *lines[at + 1 :]]
+PART = ["*PART, NAME=Cube", *deck(CUBE), "*END PART"]
+SHELLS = len(CUBE.faces["MAIN_1"])
 
 
-def bulk(text, card):
-    """Bulk data with one more card, at line 3."""
-    return text.replace("BEGIN BULK", f"BEGIN BULK\n{card}")
+def read(folder, lines):
+    return read_surfaces_and_tetrahedra(written(folder / "a.inp", lines))
 
 
-def first(pattern, new):
-    """Change of the first lines that match."""
-    return lambda text: re.sub(pattern, new, text, count=1, flags=re.MULTILINE)
+def assembly(*instances, after=(), parts=PART):
+    lines = [*parts, "*ASSEMBLY, NAME=all"]
+    for k, placed in enumerate(instances, 1):
+        lines += [f"*Instance, name=Cube-{k}, part=CUBE", *placed, "*END INSTANCE"]
+    return [*lines, *after, "*END ASSEMBLY", "*STEP"]
 
 
-ODD_DECKS = [
-    (lambda x: changed("3, ", "3, 1.0, zero, 0.0", x), r"line 7: .*zero.* is no node; expected is NUMBER, X, Y, Z"),
-    (lambda x: changed("3, ", "3, 1.0", x), r"line 7: node 3 has 1 coordinates"),
-    (lambda x: changed("*NODE", "*NODE\n3, 9., 9., 9.", x), r"line \d+: node 3 is there already, at another place"),
-    (lambda x: changed("1, ", None, x), r"line \d+: element \d+ has node 1, which does not exist"),
-    (lambda x: [*x, "*ELEMENT, TYPE=C3D10", "9000, 1, 2, 3, 4, 5, 6, 7, 8, 9"], r"element 9000 .* has 9 nodes, 10 are"),
-    (lambda x: [*x, "*ELEMENT, TYPE=C3D8", "9000, 1, 2, 3, 4, 5, 6, 7, 8"], r"holds \d+ 10-node tetrahedra, 1 C3D8"),
-    (lambda x: [*x, "*INCLUDE, INPUT=nowhere.inp"], r"line \d+: \*INCLUDE names .nowhere.inp., which is not in"),
-    (lambda x: [*x, "*INCLUDE, INPUT=odd.inp"], r"line \d+: odd.inp includes itself"),
-    (lambda x: [*x, "*SURFACE, NAME=pin_2", "nothing, S1"], r"surface pin_2 names the set 'nothing', which does not"),
-    (lambda x: [*x, "*SURFACE, NAME=pin_2", "1, S7"], r"'S7' is no face of a tetrahedron"),
-    (lambda x: [*x, "*ELSET, ELSET=a, GENERATE", "9, 1, 1"], r"GENERATE wants FIRST, LAST, STEP; found '9, 1, 1'"),
-    (lambda x: [*x, "*ELSET, ELSET=a", "b"], r"set 'b' does not exist; define it before a"),
-    (lambda x: ["*NODE, SYSTEM=C", *x[1:]], r"line 1: nodes in cylindrical or spherical coordinates"),
-    (lambda x: [*x, "*SYSTEM", "0., 0., 5."], r"\*SYSTEM, a system of coordinates: give the nodes in global"),
-    (lambda x: [*x, "*NGEN", "1, 9, 1"], r"line \d+: \*NGEN makes nodes; give a deck that lists all nodes and elem"),
-    (lambda x: [*x, "*NODE, INPUT=none.txt"], r"line \d+: \*NODE names .none.txt., which is not in"),
-    (lambda x: [*x, "*SURFACE, NAME=a, COMBINE=UNION", "b, c"], r"surface a is not of elements or nodes"),
-    (lambda x: [*x, "*ELEMENT, TYPE=C3D10", "1, 10, 2, 3, 4, 5, 6, 7, 8, 9, 11"], r"element 1 stands at .*, line"),
-    (lambda x: ["nothing at all"], r"holds no solids"),
-    (lambda x: [*x, "*ELEMENT, TYPE=C3D4", "9000, 1, 2, 3, 4"], r"holds 1 4-node tetrahedra, \d+ 10-node tetrahedra"),
-]  # fmt: skip
-
-ODD_UNIVERSAL = [
-    (lambda x: x[: len(x) // 2], r"the file ends within a dataset; it is cut short"),
-    (lambda x: [line.replace("2411", "2999") for line in x], r"no mesh: it holds 164, 2412, 2467, 2999"),
-    (lambda x: [line.replace("  2412", "  2413") for line in x], r"no mesh: it holds 164, 2411, 2413"),
-    (lambda x: changed("         1         1", f"{1:10d}{4:10d}{1:10d}{1:10d}", x), r"node 1 is in coordinate sys"),
-    (lambda x: [*x[:7], "   one two three", *x[8:]], r"line 8: .* is no node"),
-    (lambda x: [*x[:7], "  0.0D+00  0.0D+00", *x[8:]], r"line 8: node 1 has 2 coordinates"),
-    (lambda x: [line.replace("       118", "       116") for line in x], r"holds \d+ bricks: mesh the solid"),
-    (lambda x: [line.replace("       118", "       111") for line in x], r"of kind 111 has 10 nodes, 4 are expected"),
-    (lambda x: ["hello"], r"line 1: universal files begin with a line of -1"),
-    (lambda x: [""], r"no mesh: it holds no dataset"),
-    (lambda x: [line.replace("         7        10", "         7        ab") for line in x], r"whole numbers are exp"),
-]  # fmt: skip
+WRITERS = {
+    "inp": lambda: deck(CUBE), "unv": lambda: universal(CUBE), "assembly.inp": lambda: assembly([]),
+}  # fmt: skip
 
 
-ODD_TEXTS = [
-    ("msh", lambda text: text.replace("$MeshFormat\n2.2", "$MeshFormat\n1.7"), r"line \d: .*mesh format.*1.7"),
-    ("msh", first(r"^5 \S+", "5 nan"), r"node 5 of 115 has no finite place: \[nan, "),
-    ("msh", first(r"^115\n((.*\n){4})5 .*\n", r"114\n\1"), r"an element has .*node"),
-    ("msh", first(r"^1 11 (2 0 0( \d+){4}).*", r"1 4 \1"), r"holds 1 tetra, 39 tetra10: mesh the solid"),
-    ("msh", lambda text: "hello\n" + text, r"line 1: not readable as gmsh, whose files begin with \$MeshF"),
-    ("msh", lambda text: "", r"line 1: not readable as gmsh, whose files begin"),
-    ("msh", lambda text: text[: len(text) // 3], r"line \d+: not readable as gmsh \(\w+"),
-    ("msh", lambda text: text.replace("$Nodes\n", "$Nodes\nmany\n", 1), r"line \d+: not readable as gmsh \(Val"),
-    ("bdf", lambda text: text[: len(text) // 2], r"line \d+: cut short: a Nastran file ends with ENDDATA"),
-    ("bdf", lambda text: text.replace("CTETRA", "CPENTA"), r"holds \d+ CPENTA: mesh the solid with tetrahedra"),
-    ("bdf", lambda text: "", r"holds no solids"),
-    ("bdf", lambda text: bulk(text, "INCLUDE 'a.bdf'"), r"line 3: INCLUDE names 'a.bdf', which is not in"),
-    ("bdf", lambda text: bulk(text, "INCLUDE 'odd.bdf'"), r"line 3: odd.bdf includes itself"),
-    ("bdf", lambda text: bulk(text, "INCLUDE 'a"), r"line 3: INCLUDE whose name has no closing quote"),
-    ("bdf", lambda text: bulk(text, "GRID,9001,3,0.,0.,0."), r"line 3: GRID 9001 is in coordinate system 3; exp"),
-    ("bdf", lambda text: bulk(text, "GRID,9001,,0.,here,0."), r"line 3: GRID 9001 at '0., here, 0.', which are no"),
-    ("bdf", lambda text: bulk(text, "GRDSET,,7"), r"line 3: nodes in coordinate system 7"),
-    ("bdf", lambda text: bulk(text, "CTETRA,9001,1,1,2,3"), r"line 3: CTETRA 9001 has 3 nodes; 4 or 10 are expec"),
-    ("bdf", lambda text: bulk(text, "CTRIA3,9001,1,1,,3"), r"line 3: CTRIA3 9001 has 2 nodes; 3 are expected"),
-    ("bdf", lambda text: bulk(text, "CTRIA3,9001,1,1,99999,3"), r"line 3: element 9001 has node 99999, which does"),
-    ("bdf", lambda text: bulk(text, "CTRIA3,one,1,1,2,3"), r"line 3: CTRIA3 with 'one' in place of a whole number"),
-    ("bdf", lambda text: text.replace("ENDDATA", "BEGIN SUPER=1\nENDDATA"), r"line \d+: a second section of bulk"),
-]  # fmt: skip
-ODD = [
-    *(("inp", *row) for row in ODD_DECKS), *(("unv", *row) for row in ODD_UNIVERSAL), *ODD_TEXTS,
-]  # fmt: skip
-
-
-@pytest.mark.parametrize(("ending", "change", "says"), ODD)
-def test_an_odd_file_is_refused_with_its_reason(tmp_path, ending, change, says):
-    path = tmp_path / f"odd.{ending}"
-    if ending in ("inp", "unv"):
-        written(path, change({"inp": deck, "unv": universal}[ending](CUBE)))
+@pytest.mark.parametrize(("kind", "pattern", "new", "says"), refused_files()["mesh"]["changes"])
+def test_an_odd_file_is_refused_with_its_reason(tmp_path, kind, pattern, new, says):
+    path = tmp_path / f"odd.{kind}"
+    if kind in WRITERS:
+        written(path, WRITERS[kind]())
     else:
-        by_meshio(path, CUBE, {"msh": "gmsh", "bdf": "nastran"}[ending])
-        path.write_text(change(path.read_text()))
-    with pytest.raises(InputError, match=says) as caught:
+        by_meshio(path, CUBE, {"msh": "gmsh", "bdf": "nastran"}[kind])
+    text = path.read_text()
+    assert re.search(pattern, text, re.MULTILINE)
+    path.write_text(re.sub(pattern, new, text, count=1, flags=re.MULTILINE))
+    with one_line(str(path), match=says) as caught:
         read_surfaces_and_tetrahedra(path)
-    assert str(path) in str(caught.value) and "export it again" not in str(caught.value)
+    assert "export it again" not in str(caught.value)
 
 
 def test_names_of_surfaces_in_the_ways_of_meshing_programs():
@@ -254,7 +183,18 @@ def test_bulk_data_alone_are_read(tmp_path):
 def cards(form):
     """Bulk data of the cube in one form of fields, with names in comments."""
     lines = [f'$HMNAME COMP {k} "{name}"' for k, name in enumerate(CUBE.faces, 2)]
-    own = {"narrow": narrow, "wide": wide, "free": free}[form]
+
+    def own(word, fields):
+        per = 4 if form == "wide" else 8
+        for k in range(0, len(fields), per):
+            row = list(map(str, fields[k : k + per]))
+            if form == "free":
+                yield ",".join([word if k == 0 else "+", *row]) + " $ note"
+            elif form == "wide":
+                yield f"{f'{word}*'.lower() if k == 0 else '*':8s}" + "".join(f"{text:<16}" for text in row)
+            else:
+                yield f"{word if k == 0 else '':8s}" + "".join(f"{text:>8}" for text in row)
+
     for k, point in enumerate(CUBE.points.tolist(), 1):
         lines += own("GRID", [k, "", *(f"{x:.4f}".replace("0.5000", "5.0000-1") for x in point)])
     number = 1
@@ -266,22 +206,6 @@ def cards(form):
             lines += own("CTRIA6", [number, k, *(node + 1 for node in row)])
             number += 1
     return lines
-
-
-def narrow(word, fields):
-    rows = [fields[k : k + 8] for k in range(0, len(fields), 8)]
-    return [f"{word if k == 0 else '':8s}" + "".join(f"{text!s:>8}" for text in row) for k, row in enumerate(rows)]
-
-
-def wide(word, fields):
-    rows = [fields[k : k + 4] for k in range(0, len(fields), 4)]
-    first = f"{word}*".lower()
-    return [f"{first if k == 0 else '*':8s}" + "".join(f"{text!s:<16}" for text in row) for k, row in enumerate(rows)]
-
-
-def free(word, fields):
-    rows = [fields[k : k + 8] for k in range(0, len(fields), 8)]
-    return [",".join([word if k == 0 else "+", *map(str, row)]) + " $ note" for k, row in enumerate(rows)]
 
 
 @pytest.mark.parametrize("form", ["narrow", "wide", "free"])
@@ -337,24 +261,6 @@ def test_what_is_no_mesh_is_named_on_the_command_line(tmp_path, capsys, name, sa
     assert says in said[-1] and said[-1].startswith("cranktrain: ")
 
 
-PART = ["*PART, NAME=Cube", *deck(CUBE), "*END PART"]
-WITHOUT_NODE = [line for line in PART if not line.startswith("1, 0,")]
-SHELLS = len(CUBE.faces["MAIN_1"])
-
-
-def read(folder, lines):
-    path = folder / "a.inp"
-    path.write_text("\n".join(lines) + "\n", encoding="utf-8")
-    return read_surfaces_and_tetrahedra(path)
-
-
-def assembly(*instances, after=(), parts=PART):
-    lines = [*parts, "*ASSEMBLY, NAME=all"]
-    for k, placed in enumerate(instances, 1):
-        lines += [f"*Instance, name=Cube-{k}, part=CUBE", *placed, "*END INSTANCE"]
-    return [*lines, *after, "*END ASSEMBLY", "*STEP"]
-
-
 def corners(points, triangles):
     return np.sort(points[triangles].sum(axis=1), axis=0)
 
@@ -406,26 +312,3 @@ def test_sets_of_the_assembly_name_their_instance(tmp_path):
     assert corners(points, surfaces["main[2]"]) == pytest.approx(below)
     assert len(surfaces["pin[3]"]) == 1 and points[surfaces["pin[3]"]][..., 0].min() >= 5.0
     assert corners(points, surfaces["main[3]"]) == pytest.approx(side + away)
-
-
-@pytest.mark.parametrize(
-    ("lines", "says"),
-    [
-        ([*PART, "*PART, NAME=two", "*END PART"], r"holds 2 parts, and no \*INSTANCE that places them"),
-        ([*PART, *PART], r"line \d+: part 'Cube' is there already"),
-        ([*assembly([]), "*INSTANCE, NAME=x, PART=Cub"], r"instance x is of part 'Cub', .* did you mean 'Cube'"),
-        (["*INSTANCE, NAME=x, PART=Cube"], r"instance x is of part 'Cube', which the deck has not; export the parts"),
-        (assembly(["1., two, 3."]), r"line \d+: '1., two, 3.'; an instance is placed by numbers"),
-        (assembly(["0., 0., 0.", "0., 0., 0., 0., 0., 1."]), r"line \d+: a rotation is two points and an angle, 7"),
-        (assembly(["0., 0., 0.", "1., 1., 1., 1., 1., 1., 30."]), r"line \d+: the two points .* are one"),
-        (assembly([], after=["*NSET, NSET=a, INSTANCE=Cube-7", "1"]), r"instance 'Cube-7' does not exist; did you m"),
-        (assembly([], after=["*ELSET, ELSET=a", "Cube-1.nothing"]), r"set 'Cube-1.nothing' does not exist"),
-        (assembly([], after=["*SURFACE, NAME=a", "b, S1"]), r"surface a names the set 'b', which does not exist"),
-        (assembly([], [], parts=WITHOUT_NODE), r"line \d+: element Cube-1.\d+ has node Cube-1.1, which does not exist"),
-        ([*PART[:-1], "*NCOPY, CHANGE NUMBER=100", "*END PART"], r"\*NCOPY makes nodes; give a deck that lists"),
-    ],
-)
-def test_an_odd_assembly_is_refused_with_its_reason(tmp_path, lines, says):
-    with pytest.raises(InputError, match=says) as caught:
-        read(tmp_path, lines)
-    assert "a.inp" in str(caught.value) and "\n" not in str(caught.value)

@@ -2,12 +2,15 @@
 
 import math
 import re
+import tomllib
 from dataclasses import replace
 from importlib import import_module
+from pathlib import Path
 from types import SimpleNamespace
 
 import numpy as np
 import pytest
+from refusals import refused_files
 
 from cranktrain.core.errors import InputError, SolverError
 from cranktrain.fmu.description import expand, read_interface
@@ -24,28 +27,7 @@ from cranktrain.modules.valve_train.cam import cam_lift
 from cranktrain.modules.valve_train.simulation import ValveTrainSimulation
 
 SIMULATIONS = {"combustion": CombustionSimulation, "valvetrain": ValveTrainSimulation}
-OTHERS = {
-    "combustion": {
-        "bore": 0.1, "stroke": 0.13, "rod_length": 0.25, "pin_offset": 0.002, "compression_ratio": 15.0,
-        "firing_angles[2]": 1.0, "intake_opens": -7.0, "intake_closes": -2.0, "intake_lift": 0.01, "intake_share": 0.1,
-        "exhaust_opens": 2.0, "exhaust_closes": 7.0, "exhaust_lift": 0.009, "ignition_factor": 2e-3,
-        "premixed_factor": 0.7, "premixed_duration": 0.2, "premixed_exponent": 1.8, "diffusion_duration": 1.1,
-        "diffusion_exponent": 0.6, "heating_value": 40e6, "wall_temperature": 400.0, "wall_factor": 0.8,
-        "crankcase_pressure": 1.1e5, "scatter_fuel": 0.02, "scatter_timing": 0.01, "scatter_burn": 0.03, "seed": 4.0,
-        "tolerance": 1e-5, "start_cycles": 1.0, "lift_source": "built-in", "angle_source": "speed",
-        "inputs_at": "end",
-    },
-    "valvetrain": {
-        "firing_angles[2]": 1.0, "intake_opens": -6.6, "intake_closes": -2.1, "intake_lift": 0.009, "intake_mass": 0.2,
-        "exhaust_opens": 2.1, "exhaust_closes": 6.7, "exhaust_lift": 0.0085, "exhaust_mass": 0.18,
-        "base_radius": 0.03, "roller_radius": 0.012, "friction": 0.02, "ratio": 1.4, "train_mass": 0.3,
-        "stiffness": 9e6, "damping_velocity": 3.0, "lash": 2e-4, "spring_rate": 6e4, "spring_preload": 700.0,
-        "spring_mass": 0.12, "spring_damping": 0.03, "seat_stiffness": 4e8, "seat_damping_velocity": 0.5,
-        "drive_stiffness": 1e5, "drive_damping_speed": 0.4, "backlash": 1e-4, "camshaft_inertia": 0.03,
-        "camshaft_drag": 0.05, "tolerance": 2e-3, "start_cycles": 1.0, "angle_source": "speed", "inputs_at": "end",
-    },
-}  # fmt: skip
-"""A value beside the shipped one for every parameter of a module's FMU."""
+OTHERS = tomllib.loads((Path(__file__).parents[1] / "data" / "module_parameters.toml").read_text("utf-8"))
 SPEED = 2000.0 * math.pi / 30.0
 CASES = [(module, engine) for module in SIMULATIONS for engine in ("i6", "v8")]
 
@@ -135,18 +117,7 @@ def test_a_run_prepared_for_other_parameters_is_one_made_for_them(module, engine
         assert np.array_equal(arrays(run)[name], arrays(home)[name])
 
 
-REFUSED_NUMBERS = [
-    ("combustion", {"rod_length": 0.05}, "SHORT_ROD", "rod_length 50 mm does not exceed"),
-    ("combustion", {"compression_ratio": 1.0}, "NO_COMPRESSION", "compression_ratio 1 must be above 1"),
-    ("combustion", {"intake_opens": -1.0}, "INTAKE_ANGLES", "it opens before it closes, both between -720 and 0 deg"),
-    ("combustion", {"exhaust_closes": 13.0}, "EXHAUST_ANGLES", "it opens before it closes, both between 0 and 720 deg"),
-    ("valvetrain", {"intake_closes": -7.0}, "VALVE_ANGLES", "intake_opens -375 deg, closes -401.07 deg; it opens"),
-    ("valvetrain", {"exhaust_opens": -0.1}, "VALVE_ANGLES+1", "both between 0 and 720 deg after firing dead centre"),
-    ("valvetrain", {"ramp": 3.0}, "NO_SEAT_TIME", "leaves the intake valve no time on its seat"),
-    ("valvetrain", {"exhaust_opens": 0.1, "exhaust_closes": 12.4}, "NO_SEAT_TIME+1", "leaves the exhaust valve"),
-    ("valvetrain", {"base_radius": 0.005}, "SMALL_BASE", "base_radius 5 mm is too small for the intake cam"),
-    ("valvetrain", {"exhaust_lift": 0.04}, "SMALL_BASE+1", "too small for the exhaust cam"),
-]
+REFUSED_NUMBERS = refused_files()["modules"]["numbers"]
 
 
 def test_every_status_of_numbers_is_met_here():

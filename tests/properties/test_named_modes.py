@@ -16,21 +16,11 @@ from cranktrain.dynamics.simulation import Simulation, simulate
 from cranktrain.engine.file import load_engine
 from cranktrain.fmu.geometry import start_values
 from cranktrain.structure.assembly import assemble
+from cranktrain.structure.crank import modal
 from cranktrain.structure.crank.beam import beam_body
 from cranktrain.structure.crank.critical_speeds import REACH, critical_speeds
 from cranktrain.structure.crank.level import bare_crank, crank_body
-from cranktrain.structure.crank.modal import (
-    KINDS,
-    LEAST_SHARE,
-    LISTED_HZ,
-    cranktrain_matrices,
-    cranktrain_modes,
-    first_torsional,
-    free_modes,
-    modal_report,
-    named_mode,
-    torsional_frequencies,
-)
+from cranktrain.structure.crank.modal import KINDS, cranktrain_modes, named_mode, torsional_frequencies
 from cranktrain.structure.crank.reduction import complete_crankshaft, reduced_crankshaft
 from cranktrain.structure.in_motion.eigenproblem import modes_in_motion
 from cranktrain.structure.in_motion.inherited_damping import measured_decay, settings_above
@@ -72,7 +62,7 @@ def test_a_crank_that_bends_has_the_torsional_modes_of_one_that_does_not(name):
     engine = engine_of(name)
     engine = replace(engine, reduction=replace(engine.reduction, torsional_source="ker-wilson"))
     found = torsional_frequencies(*beam(name), 3000.0)
-    stiffness, mass = (matrix[5:, 5:] for matrix in cranktrain_matrices(engine, crank_body(engine, "torsional")))
+    stiffness, mass = (matrix[5:, 5:] for matrix in modal.cranktrain_matrices(engine, crank_body(engine, "torsional")))
     twists = np.sqrt(eigh(stiffness, mass, eigvals_only=True)[1:3]) / (2.0 * math.pi)
     assert found == pytest.approx(twists, rel=0.14)
 
@@ -98,7 +88,7 @@ def test_beams_of_split_pins_call_the_mode_torsional_that_the_solid_does(name, f
     made = replace(made, crankshaft=replace(made.crankshaft, mesh_size=0.3 * bore))
     cranks = [complete_crankshaft(made, bare) for bare in (beam_body(made), reduced_crankshaft(made))]
     nearly = 0
-    for modes in (free_modes, cranktrain_modes):
+    for modes in (modal.free_modes, cranktrain_modes):
         (hz, shares, answers), solid = (modes(made, crank) for crank in cranks)
         first = torsional_frequencies(hz, shares, answers)[0]
         assert first == pytest.approx(torsional_frequencies(*solid)[0], rel=0.02)
@@ -111,8 +101,8 @@ def test_a_mode_without_a_quarter_of_its_energy_has_no_name():
     split = shares_of([0.2, 0.2, 0.2, 0.2, 0.2, 0.9, 0.1])
     assert torsional_frequencies(hz, split) == [None, 6.0]
     with pytest.raises(InputError, match="no mode up to 7 Hz is a torsional one, with 25 % of its kinetic energy"):
-        first_torsional(hz, split)
-    whole = shares_of([0.0, 0.6, 0.4, 0.0, LEAST_SHARE, 0.3, 0.25])
+        modal.first_torsional(hz, split)
+    whole = shares_of([0.0, 0.6, 0.4, 0.0, modal.LEAST_SHARE, 0.3, 0.25])
     assert torsional_frequencies(hz, whole) == [2.0, 6.0]
     assert torsional_frequencies(hz, whole, highest=5.5) == [2.0, 5.0]
     assert torsional_frequencies(hz, whole, highest=3.5) == [2.0, None]
@@ -121,13 +111,13 @@ def test_a_mode_without_a_quarter_of_its_energy_has_no_name():
 
 def test_a_report_says_where_no_mode_has_a_name_and_lists_those_that_have_one():
     engine = engine_of("single")
-    report = modal_report(engine, bare_crank(engine, "beam"))
+    report = modal.modal_report(engine, bare_crank(engine, "beam"))
     assert report["sought_to_hz"] == engine.reduction.running_cutoff_hz
-    assert report["cranktrain"]["second_torsional_hz"] == report["cranktrain"]["modes"][-1]["hz"] > LISTED_HZ
+    assert report["cranktrain"]["second_torsional_hz"] == report["cranktrain"]["modes"][-1]["hz"] > modal.LISTED_HZ
     low = replace(engine, reduction=replace(engine.reduction, running_cutoff_hz=700.0))
-    report = modal_report(low, bare_crank(low, "beam"))
+    report = modal.modal_report(low, bare_crank(low, "beam"))
     named = {key: report["cranktrain"][key] for key in ("first_torsional_hz", "second_torsional_hz", "first_axial_hz")}
-    assert set(named.values()) == {None} and report["cranktrain"]["modes"][-1]["hz"] < LISTED_HZ
+    assert set(named.values()) == {None} and report["cranktrain"]["modes"][-1]["hz"] < modal.LISTED_HZ
     assert critical_speeds(low, complete_crankshaft(low, bare_crank(low, "beam"))) == []
 
 

@@ -103,9 +103,7 @@ def test_film_solved_in_the_loop_whirls_at_the_threshold_of_the_fine_grid(load):
     journal = Journal(diameter=0.08, width=0.04, clearance=C, viscosity=viscosity, speed=SPEED)
     fine = SteadyBearing(bearing_grid("none", n_phi=256, n_z=24)).state(journal, load)
     mass = fine.whirl_threshold**2 * load / (C * SPEED**2)
-    below, above = (
-        growth(rotor(f * mass, load, bearings="reynolds"), 2e-2, turns=24)[0] for f in (0.99, 1.01)
-    )  # fmt: skip
+    below, above = (growth(rotor(f * mass, load, bearings="reynolds"), 2e-2, turns=24)[0] for f in (0.99, 1.01))
     assert below < 0.0 < above
 
 
@@ -164,9 +162,8 @@ def test_a_start_from_speed_0_ends_where_a_start_at_speed_does(level):
     assert watched(simulation, "eccentricity") < rest - 0.1
     # The film has taken over: shear of a filled gap (and half of e × F, below a hundredth of it), no sliding contact.
     eps = watched(simulation, "eccentricity")
-    shear = (
-        2.0 * math.pi * entry.film_parameters(simulation)[VISCOSITY] * 100.0 * 0.04**4 / C / math.sqrt(1.0 - eps * eps)
-    )
+    viscosity = entry.film_parameters(simulation)[VISCOSITY]
+    shear = 2.0 * math.pi * viscosity * 100.0 * 0.04**4 / C / math.sqrt(1.0 - eps * eps)
     assert abs(watched(simulation, "friction_torque")) == pytest.approx(shear, rel=0.02)
 
 
@@ -176,10 +173,8 @@ def test_a_load_that_reverses_crosses_the_clearance_and_comes_back(level):
     step = math.radians(2.5) / 100.0
     forces, films = [], []
     for k in range(1, 721):
-        simulation.inputs[1] = entry.AMBIENT * (
-            1.0 + 2.0 * math.sin(0.1 * math.pi * k)
-        )  # from -1 to +1.8 kN on the pin
-        simulation.inputs[1] = max(simulation.inputs[1], 0.0)
+        # From -1 to +1.8 kN on the pin.
+        simulation.inputs[1] = entry.AMBIENT * max(0.0, 1.0 + 2.0 * math.sin(0.1 * math.pi * k))
         simulation.step(k * step)
         forces.append(watched(simulation, "force.y"))
         films.append(watched(simulation, "film_thickness_min"))

@@ -105,24 +105,26 @@ def test_velocities_are_derivatives_of_places_and_gaps(choices):
 def test_places_speeds_and_films_agree(choices):
     simulation = started(**choices)
     to_angle(simulation, 30)
-    c, half_width = ENGINE.main_bearing.clearance, 0.5 * ENGINE.main_bearing.width
+    bearing, run = ENGINE.main_bearing, shown(simulation)
     for main in MAINS:
-        x, y = read(simulation, f"{main}.position.x"), read(simulation, f"{main}.position.y")
-        e = math.hypot(x, y)
-        assert read(simulation, f"{main}.eccentricity") == pytest.approx(e / c, rel=1e-12)
-        tilted = half_width * read(simulation, f"{main}.tilt") if choices else 0.0
-        film = read(simulation, f"{main}.film_thickness_min")
+        place, angle, now = (
+            [run[f"{main}.position.{axis}"] for axis in "xy"],
+            run[f"{main}.gap.angle"],
+            f"{main}.speed.",
+        )
+        e, c = math.hypot(*place), bearing.clearance
+        assert run[f"{main}.eccentricity"] == pytest.approx(e / c, rel=1e-12)
         # An end is displaced by at least e, at most by e and all of its tilt.
-        assert c - e - tilted - 1e-15 <= film <= c - e + 1e-15
+        tilted = 0.5 * bearing.width * run[f"{main}.tilt"] if choices else 0.0
+        assert c - e - tilted - 1e-15 <= run[f"{main}.film_thickness_min"] <= c - e + 1e-15
         # The shell is relieved over the outer half of its width: the gap is least there, not always at the end.
-        side = abs(read(simulation, f"{main}.gap.side"))
-        assert 1.0 - ENGINE.main_bearing.relief_share <= side <= 1.0 if choices else side == 0.0
-        relative, gap = read(simulation, f"{main}.speed.relative"), read(simulation, f"{main}.speed.gap")
-        assert relative == pytest.approx(read(simulation, "crank.speed"), rel=0.02)
-        assert read(simulation, f"{main}.speed.effective") == pytest.approx(relative - 2 * gap, rel=1e-12)
+        side = abs(run[f"{main}.gap.side"])
+        assert 1.0 - bearing.relief_share <= side <= 1.0 if choices else side == 0.0
+        assert run[f"{now}relative"] == pytest.approx(run["crank.speed"], rel=0.02)
+        assert run[f"{now}effective"] == pytest.approx(run[f"{now}relative"] - 2 * run[f"{now}gap"], rel=1e-12)
         if not choices:
-            assert math.cos(read(simulation, f"{main}.gap.angle") - math.atan2(y, x)) == pytest.approx(1.0, abs=1e-12)
-            assert read(simulation, f"{main}.moment.x") == read(simulation, f"{main}.moment.y") == 0.0
+            assert math.cos(angle - math.atan2(*place[::-1])) == pytest.approx(1.0, abs=1e-12)
+            assert run[f"{main}.moment.x"] == run[f"{main}.moment.y"] == 0.0
 
 
 def test_moments_do_the_work_of_the_tilting_forces():
@@ -139,26 +141,6 @@ def test_moments_do_the_work_of_the_tilting_forces():
         assert by_moment == pytest.approx(forces[ends] @ shapes, rel=1e-9, abs=1e-12)
         largest = max(largest, np.hypot(*moment))
     assert largest > 0.1
-
-
-def test_a_moment_turns_a_tilted_journal_back():
-    """Squeezed into greater tilt, the film resists: the moment's power on the tilting is negative."""
-    simulation = started(bearings="reynolds")
-    state = simulation.state
-    q, v, _ = entry.motion(simulation, state)
-    tilts = BODY.shapes[[BODY.index(f"main[{i + 1}]") for i in range(len(MAINS))], 3:5]
-    # Mode 3 or 4 turns the rigid crank about a transverse axis.
-    mode = 3
-    v[:] = 0.0
-    v[mode] = 0.5 / np.abs(tilts[..., mode]).max()
-    assert np.all(np.isfinite(q))
-    simulation.state = state
-    turn = to_frame(entry.frame(simulation)[0]).T
-    power = 0.0
-    for i, main in enumerate(MAINS):
-        rate = turn @ (tilts[i] @ v)
-        power += rate @ [read(simulation, f"{main}.moment.x"), read(simulation, f"{main}.moment.y")]
-    assert power < 0.0
 
 
 def test_load_of_rigid_big_ends_is_that_of_the_plain_model():
@@ -184,25 +166,22 @@ def test_films_of_floating_big_ends():
     to_angle(free, 30)
     to_angle(rigid, 30)
     forces, turn = forces_in_frame(free)
-    bearing = ENGINE.big_end_bearing
-    peak = max(abs(read(rigid, f"{end}.force.y")) for end in ENDS)
+    bearing, ours, stiff = ENGINE.big_end_bearing, shown(free), shown(rigid)
+    peak = max(abs(stiff[f"{end}.force.y"]) for end in ENDS)
     for c, end in enumerate(ENDS):
         pin = entry.components(free.model, f"pin[{c + 1}]")[:2]
-        ours = np.array([read(free, f"{end}.force.x"), read(free, f"{end}.force.y")])
-        assert ours == pytest.approx(turn.T @ forces[pin], rel=1e-9)
-        stiff = [read(rigid, f"{end}.force.x"), read(rigid, f"{end}.force.y")]
-        assert ours == pytest.approx(stiff, abs=0.05 * peak)
-        x, y = read(free, f"{end}.position.x"), read(free, f"{end}.position.y")
-        eps = read(free, f"{end}.eccentricity")
-        assert eps == pytest.approx(math.hypot(x, y) / bearing.clearance, rel=1e-12)
-        assert read(free, f"{end}.film_thickness_min") == pytest.approx(bearing.clearance * (1.0 - eps), rel=1e-12)
+        force, place = (np.array([ours[f"{end}.{what}.{axis}"] for axis in "xy"]) for what in ("force", "position"))
+        assert force == pytest.approx(turn.T @ forces[pin], rel=1e-9)
+        assert force == pytest.approx([stiff[f"{end}.force.{axis}"] for axis in "xy"], abs=0.05 * peak)
+        eps = ours[f"{end}.eccentricity"]
+        assert eps == pytest.approx(np.hypot(*place) / bearing.clearance, rel=1e-12)
+        assert ours[f"{end}.film_thickness_min"] == pytest.approx(bearing.clearance * (1.0 - eps), rel=1e-12)
         # The film pushes the pin back towards the middle, and has its largest pressure there.
-        assert ours @ [x, y] < 0.0
-        mean = np.hypot(*ours) / (bearing.diameter * bearing.width)
-        assert mean < read(free, f"{end}.pressure_max") < 30.0 * mean
-        assert read(free, f"{end}.oil_flow") > 0.0
+        assert force @ place < 0.0
+        mean = np.hypot(*force) / (bearing.diameter * bearing.width)
+        assert mean < ours[f"{end}.pressure_max"] < 30.0 * mean
         # The pin turns in the rod, at about the crank's speed: friction brakes it.
-        assert read(free, f"{end}.friction_torque") > 0.0
+        assert ours[f"{end}.oil_flow"] > 0.0 and ours[f"{end}.friction_torque"] > 0.0
 
 
 def test_films_outside_the_table_are_counted_and_survive_in_the_state(table):
@@ -222,7 +201,6 @@ def test_films_outside_the_table_are_counted_and_survive_in_the_state(table):
     # The films of a step do not depend on what was shown in between.
     simulation.step(25 * math.radians(2.5) / SPEED)
     again = read(simulation, "solver.online_films")
-    simulation.state = kept
     for _ in range(3):
         simulation.state = kept
     simulation.step(25 * math.radians(2.5) / SPEED)

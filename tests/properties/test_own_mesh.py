@@ -98,8 +98,6 @@ def test_a_mesh_in_its_own_unit_is_the_same_mesh(crank, tmp_path):
     [
         (lambda x: {**x, "pin[2]": x["pin[5]"], "pin[5]": x["pin[2]"]}, r"anew: pin\[2\] is where pin\[5\] belongs"),
         (lambda x: {**x, "pin[3]": x["pin[3]"] + [0.0, 0.05, 0.0]}, "use the engine file that it belongs to"),
-        (lambda x: {name: 0.1 * place for name, place in x.items()}, "coordinates 0.1 times as large"),
-        (lambda x: {name: place + 0.5 * UP for name, place in x.items()}, r"shift .* -50\.0\) mm"),
     ],
 )
 def test_places_say_what_would_mend_them(move, says):

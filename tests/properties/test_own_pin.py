@@ -13,13 +13,11 @@ from some import some
 from standing import rigid_block
 from started import at_speed, shown
 
-from cranktrain.core.errors import InputError
 from cranktrain.dynamics.model.settings import Settings
 from cranktrain.dynamics.simulation import Parts, Simulation, simulate
 from cranktrain.engine.file import load_engine
 from cranktrain.loads.gas_pressure import CYCLE, GasTrace
 from cranktrain.structure.assembly import running_crank
-from cranktrain.studies.constant_speed import Request
 from cranktrain.studies.torsion.frequency_run_up import frequency_run_up
 
 EXAMPLES = Path(__file__).parents[2] / "examples"
@@ -71,9 +69,10 @@ def test_the_gas_does_the_indicated_work_of_its_trace(name, tmp_path):
     assert torque * CYCLE == pytest.approx(expected - damped, rel=1e-4)
 
 
-def test_each_cylinder_tells_the_angle_of_its_own_pin():
+@pytest.mark.parametrize("name", ["diesel_i6", "diesel_v8"])
+def test_each_cylinder_tells_the_angle_of_its_own_pin(name):
     """By the volume, which a torsional crank changes through that angle alone."""
-    made = load_engine("diesel_i6")
+    made = load_engine(name)
     simulation = started(made)
     simulation.step(math.radians(37.0) / SPEED)
     found = shown(simulation)
@@ -173,10 +172,3 @@ def test_given_pressures_of_one_crank_angle_do_their_work():
         powers.append(entry.power(simulation, "gas_power"))
     taken = float(np.mean(powers[-per_cycle:])) * CYCLE / SPEED
     assert taken == pytest.approx(indicated_work(made, replace(gas, falloff=0.0), SPEED), rel=1e-4)
-
-
-def test_an_encoder_needs_a_trace_that_was_measured():
-    with pytest.raises(InputError, match=r"encoder flywheel needs pressure, a trace that was measured"):
-        Request(speed_rpm=2000, encoder="flywheel").check()
-    with pytest.raises(InputError, match=r"encoder 'flywhel' does not exist; did you mean 'flywheel'"):
-        Request(speed_rpm=2000, pressure="trace.csv", encoder="flywhel").check()

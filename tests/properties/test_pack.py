@@ -13,19 +13,11 @@ from cranktrain.core.build_mark import build_mark
 from cranktrain.core.run_entries import RunEntries
 from cranktrain.dynamics import run_record
 from cranktrain.dynamics.model import numbers as to
+from cranktrain.dynamics.model import state as at
 from cranktrain.dynamics.model.pack import pack
 from cranktrain.dynamics.model.records import dimensions
 from cranktrain.dynamics.model.slots import N_STAGES, OTHER_INPUTS
-from cranktrain.dynamics.model.state import (
-    ACCELERATION,
-    AUXILIARY,
-    HISTORY,
-    POSITION,
-    SHAFT_ANGLE,
-    VELOCITY,
-    offset,
-    state_size,
-)
+from cranktrain.dynamics.model.state import offset, state_size
 from cranktrain.dynamics.model.workspace import make_work
 from cranktrain.dynamics.outputs.register import Outputs
 from cranktrain.dynamics.run_record import COLUMNS
@@ -48,14 +40,14 @@ class Line:
 
     def __init__(self, inertia, stiffness, ground=0.0, frame=None):
         self.inertia, d = np.array(inertia), len(inertia)
-        at = "rest" if frame is None else frame.name
+        own = "rest" if frame is None else frame.name
         links = [
             joined(f"shaft{k}", "coupling", f"disc{k}.hub disc{k + 1}.hub", stiffness=s)
             for k, s in enumerate(stiffness)
         ]
         if ground:
             links.append(joined("hold", "spring", "disc0.hub", turning_stiffness=(0.0, 0.0, ground)))
-        bodies = tuple(disc(f"disc{k}", j, at) for k, j in enumerate(inertia))
+        bodies = tuple(disc(f"disc{k}", j, own) for k, j in enumerate(inertia))
         self.topology = ct.Topology(() if frame is None else (frame,), bodies, tuple(links))
         twists = np.diff(np.eye(d), axis=0)
         self.stiffness = twists.T @ np.diag(stiffness) @ twists + np.diag([ground] + [0.0] * (d - 1))
@@ -100,12 +92,12 @@ class Packed:
 
     def begin(self, path):
         """Start on a ``path``: modal place, velocity and acceleration (3, n) by time; what a method carries as well."""
-        for block, value in zip((POSITION, VELOCITY, ACCELERATION), path(0.0), strict=True):
+        for block, value in zip((at.POSITION, at.VELOCITY, at.ACCELERATION), path(0.0), strict=True):
             self.block(block)[:] = value
         if self.method in FORM:
-            self.block(AUXILIARY)[:] = path(0.0)[2]
+            self.block(at.AUXILIARY)[:] = path(0.0)[2]
         if self.method == "bdf2":
-            self.block(AUXILIARY)[:], self.block(HISTORY)[:] = path(-self.h)[:2]
+            self.block(at.AUXILIARY)[:], self.block(at.HISTORY)[:] = path(-self.h)[:2]
 
     def turn(self, line, start, rate):
         """Begin with the discs' rotations ``start`` and their rates, (d,)."""
@@ -117,7 +109,7 @@ class Packed:
     @property
     def motion(self):
         """Rotation of all discs and its rate, (2, d)."""
-        return np.stack([self.turned @ self.block(block) for block in (POSITION, VELOCITY)])
+        return np.stack([self.turned @ self.block(block) for block in (at.POSITION, at.VELOCITY)])
 
     def run(self, end, every=0.05):
         """Run to a time, s, in communication steps of about ``every``; the last motion."""
@@ -147,12 +139,6 @@ def after(line, periods, part, method=USUAL):
 
 
 @pytest.mark.parametrize("line", LINES.values(), ids=LINES)
-def test_a_line_swings_as_its_modes(line):
-    run, exact = after(line, 20, 60)
-    assert line.energy(run.motion - exact) < 1e-8 * line.energy(exact)
-
-
-@pytest.mark.parametrize("line", LINES.values(), ids=LINES)
 @pytest.mark.parametrize("method", INTEGRATORS)
 def test_errors_fall_with_the_step_as_the_order_says(method, line):
     order, errors = INTEGRATORS[method].order, []
@@ -171,12 +157,6 @@ def test_a_free_line_keeps_its_momentum_to_rounding(method, line):
     rounding = 2.5 * np.finfo(float).eps * (line.inertia @ np.abs(run.motion[0])) * c_v / c_q
     drift = line.inertia @ (run.motion[1] - exact[1])
     assert abs(drift) < run.work.counters[N_STAGES] * rounding
-
-
-@pytest.mark.parametrize("line", LINES.values(), ids=LINES)
-def test_the_trapezoidal_rule_keeps_the_energy(line):
-    run, exact = after(line, 50, 20, "trapezoidal")
-    assert line.energy(run.motion) == pytest.approx(line.energy(exact), rel=1e-9)
 
 
 @pytest.mark.parametrize("ratio", [1.0, -2.0])
@@ -208,8 +188,8 @@ def test_a_free_disc_beside_its_axis_stays_where_it_is_while_its_frame_turns(rat
     run.begin(path)
     end = 0.05
     run.run(end)
-    assert run.state[SHAFT_ANGLE] == pytest.approx(speed * end, rel=1e-12)
-    np.testing.assert_allclose(run.block(POSITION), path(end)[0], rtol=0, atol=1e-6 * np.abs(path(end)[0]).max())
+    assert run.state[at.SHAFT_ANGLE] == pytest.approx(speed * end, rel=1e-12)
+    np.testing.assert_allclose(run.block(at.POSITION), path(end)[0], rtol=0, atol=1e-6 * np.abs(path(end)[0]).max())
 
 
 def test_adaptive_control_has_nothing_to_judge_without_an_engine():

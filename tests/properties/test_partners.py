@@ -102,16 +102,13 @@ def test_the_valve_trains_torque_reaches_the_crank_with_its_orders():
     rows, taken = [], []
     for fitted in (False, True):
         made = ct.assemble(engine, Settings(crank="torsional", bearings="held"))
-        crank, valves = (
-            Simulation(made.engine, made.body, made.settings, parts=made.parts),
-            ValveTrainSimulation(settings),
-        )
+        crank = Simulation(made.engine, made.body, made.settings, parts=made.parts)
+        valves = ValveTrainSimulation(settings)
         crank.inputs[0] = valves.inputs[0] = speed
         for one in (crank, valves):
             one.initialize()
-        shown = [
-            crank.output_names.index(name) for name in ("crank.speed", "crank.angle", "shaft.torque", "pulley.torsion")
-        ]
+        names = "crank.speed", "crank.angle", "shaft.torque", "pulley.torsion"
+        shown = [crank.output_names.index(name) for name in names]
         found = np.empty((16 * 720, 4))
         for k in range(len(found)):
             if fitted:

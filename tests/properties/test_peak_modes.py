@@ -99,30 +99,23 @@ def crank_peaks(folder, capsys, engine, *options):
     return [peak for peak in json.loads(capsys.readouterr().out)["peaks"] if peak["hz"] > 300.0 and peak["periodic"]]
 
 
-def assert_named(found, within=0.007):
-    """Large peaks have a mode in motion, within 0.7 %; there are at least four of them."""
+@pytest.mark.slow
+@pytest.mark.parametrize(
+    ("engine", "low", "high", "step"),
+    [("gas_i4", 1000, 6500, 50), ("moto_i4", 1500, 14000, 100), ("vtwin", 1000, 7500, 50), ("new", 1000, 6300, 50)],
+)
+def test_peaks_of_short_solid_cranks_on_films_have_their_modes(tmp_path, capsys, monkeypatch, engine, low, high, step):
+    """Large peaks, at least four of them, have a mode in motion within 0.7 %; of a four from a layout too."""
+    monkeypatch.chdir(tmp_path)
+    if engine == "new":
+        assert main(["new", "new", "--layout", "i4", "--bore-mm", "86", "--stroke-mm", "86"]) == 0
+        capsys.readouterr()
+    path = "new.toml" if engine == "new" else DATA / f"{engine}.toml"
+    found = crank_peaks(tmp_path, capsys, path, "--from", str(low), "--to", str(high), "--step", str(step))
     large = [peak for peak in found if peak["amplitude"] >= LARGE * found[0]["amplitude"]]
     assert len(large) >= 4
     for peak in large:
-        assert peak["mode_in_motion_hz"] == pytest.approx(peak["hz"], rel=within), peak
-
-
-@pytest.mark.slow
-@pytest.mark.parametrize(
-    ("engine", "low", "high"), [("gas_i4", 1000, 6500), ("moto_i4", 1500, 14000), ("vtwin", 1000, 7500)]
-)
-def test_peaks_of_short_solid_cranks_on_films_have_their_modes(tmp_path, capsys, engine, low, high):
-    step = "100" if high > 10000 else "50"
-    path = DATA / f"{engine}.toml"
-    assert_named(crank_peaks(tmp_path, capsys, path, "--from", str(low), "--to", str(high), "--step", step))
-
-
-@pytest.mark.slow
-def test_peaks_of_a_four_from_a_layout_have_their_modes(tmp_path, capsys, monkeypatch):
-    monkeypatch.chdir(tmp_path)
-    assert main(["new", "four", "--layout", "i4", "--bore-mm", "86", "--stroke-mm", "86"]) == 0
-    capsys.readouterr()
-    assert_named(crank_peaks(tmp_path, capsys, "four.toml", "--from", "1000", "--to", "6300", "--step", "50"))
+        assert peak["mode_in_motion_hz"] == pytest.approx(peak["hz"], rel=0.007), peak
 
 
 def test_the_peak_of_a_crank_of_beams_has_the_mode_with_less_torsion_in_its_energy(tmp_path, capsys):

@@ -48,12 +48,6 @@ def test_tangents_of_a_layer_are_derivatives_and_its_force_that_of_its_energy(cl
         assert force == pytest.approx(-slope, rel=1e-4, abs=1e-3)
 
 
-def test_free_flight_inside_the_clearance_and_full_stiffness_outside():
-    assert layer(0.85 * PLAY)[0] == layer(-0.85 * PLAY)[0] == 0.0
-    assert layer(3 * PLAY)[0] == pytest.approx(-GUIDED.upper_stiffness * 2 * PLAY, rel=1e-12)
-    assert layer(-3 * PLAY)[0] == pytest.approx(GUIDED.upper_stiffness * 2 * PLAY, rel=1e-12)
-
-
 def test_friction_brakes_with_the_coefficient_on_both_layers():
     law = guidance_parameters(SIX.piston_guidance, 1.9)
     mu = SIX.piston_guidance.friction

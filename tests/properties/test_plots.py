@@ -25,13 +25,15 @@ def ax():
     plt.close(figure)
 
 
-def test_pressure_has_firing_dead_centre_in_the_middle(ax):
+def test_pressure_has_firing_dead_centre_in_the_middle_and_loads_are_in_kilonewtons(ax):
     angles = np.arange(0.0, 720.0, 1.0)
     plots.plot_pressure(ax, angles, {"fired": np.where(angles == 10.0, 12e6, 1e5)})
     x, y = ax.lines[0].get_data()
     assert x[y.argmax()] == 10.0 and y.max() == pytest.approx(12.0)
     assert np.all(np.diff(x) > 0.0)
     assert ax.get_ylabel().endswith("/ MPa") and ax.get_xlabel().endswith("/ deg")
+    plots.plot_bearing_load(ax, np.array([0.0, 1500.0]), np.array([0.0, -3000.0]), "main 1")
+    assert ax.lines[-3].get_xydata()[1] == pytest.approx([1.5, -3.0]) and ax.get_xlabel() == "force x / kN"
 
 
 def test_an_orbit_lies_in_its_clearance_circle_with_equal_axes(ax):

@@ -5,6 +5,7 @@ import math
 from dataclasses import replace
 from functools import cache
 from typing import NamedTuple
+from unittest.mock import Mock
 
 import bodies
 import entry
@@ -218,38 +219,21 @@ def test_short_steps_among_long_ones_change_nothing_that_matters(source):
     assert np.abs(settled[1] - settled[0]).max() < 1e-3 * np.abs(settled[0]).max()
 
 
-def mark_of(name):
+def misses(name, marked):
+    """How often a kernel of the package ``name`` is typed in Python while it is called ten times."""
     spec = importlib.util.spec_from_file_location(f"{name}.core.build_mark", marks.__file__)
     module = importlib.util.module_from_spec(spec)
     spec.loader.exec_module(module)
-    return module.build_mark
-
-
-def misses(name, marked):
-    """How often a kernel of the package ``name`` is typed in Python while it is called ten times."""
 
     class Record(NamedTuple):
         values: np.ndarray
         build: np.ndarray
 
-    mark = mark_of(name) if marked else (lambda: np.zeros(0))
-
-    @njit
-    def first(record):
-        return record.values[0]
-
-    count = 0
-    compile_for = first._compile_for_args
-
-    def counted(*arguments, **options):
-        nonlocal count
-        count += 1
-        return compile_for(*arguments, **options)
-
-    first._compile_for_args = counted
+    first, mark = njit(lambda given: given.values[0]), module.build_mark() if marked else np.zeros(0)
+    first._compile_for_args = Mock(wraps=first._compile_for_args)
     for _ in range(10):
-        first(Record(np.ones(3), mark()))
-    return count
+        first(Record(np.ones(3), mark))
+    return first._compile_for_args.call_count
 
 
 def test_records_of_two_builds_are_told_apart():

@@ -90,10 +90,7 @@ def test_a_run_that_ends_at_once_has_misfits_of_its_points():
     [
         ({"crank.angle [deg]": None}, r"bench.csv has no channel 'crank.angle'; name it"),
         ({"pressure [bar]": None}, r"pressures of 0 of the 4 cylinders"),
-        (
-            {name: own[:300] for name, own in one_pressure().items()},
-            r"covers 598 deg of crank angle, less than the 720",
-        ),
+        ({k: own[:300] for k, own in one_pressure().items()}, r"covers 598 deg of crank angle, less than the 720"),
         ({"pressure [bar]": PRESSURE - 3.0}, r"falls to -2.* bar; pressures are absolute"),
         ({"cylinder[5].pressure [bar]": PRESSURE}, r"has 'cylinder\[5\].pressure', engine 'four_petrol' 4 cylinders"),
         ({"crank.angle [deg]": 0.0 * ANGLE}, r"does not rise from sample 1 on"),

@@ -38,12 +38,14 @@ def raw(body, name):
     return to_rigid.T @ getattr(body, name)[:6, :6] @ to_rigid
 
 
-def test_damping_by_mass_stays_so_in_any_modes():
+def test_damping_by_mass_stays_so_in_any_modes_and_one_ratio_whatever_is_attached():
     """c = α of every mode is α M: the residual modes of a shorter body, orthonormal among the dropped, have it too."""
     damped = replace(beam(), damping=np.full(beam().n_modes, 30.0))
     short = truncate(damped, 2000.0, [("front", 0), ("back", 1)])
     assert short.n_modes < damped.n_modes
     np.testing.assert_allclose(short.damping, 30.0, rtol=1e-9)
+    structural = attach(replace(beam(), damping=0.02 * beam().omega), "back", MASS, INERTIA, OFFSET)
+    np.testing.assert_allclose(structural.damping[6:], 0.02 * structural.omega[6:], rtol=1e-9)
 
 
 def modal_compliance(body, loads):
@@ -86,9 +88,8 @@ def test_rigid_terms_are_those_of_the_whole_as_one_rigid_body():
             assert gyroscopic[3 + i, 3 + j] == pytest.approx(np.cross(b, a) @ second @ ez, abs=1e-10)
     coordinates = rigid_coordinates(body)
     to_raw = np.linalg.inv(coordinates).T
-    np.testing.assert_allclose(
-        (to_raw @ body.centrifugal_load[:6])[:3], body.mass * body.centre * [1, 1, 0], atol=1e-12
-    )
+    outward = (to_raw @ body.centrifugal_load[:6])[:3]
+    np.testing.assert_allclose(outward, body.mass * body.centre * [1, 1, 0], atol=1e-12)
     assert (to_raw @ body.euler_load[:6])[5] == pytest.approx(body.inertia[2, 2], rel=1e-10)
     np.testing.assert_allclose((to_raw @ body.translation[:, :6].T)[:3], body.mass * np.eye(3), atol=1e-10)
 
@@ -126,26 +127,18 @@ def test_a_part_leaves_the_static_compliance_between_balanced_loads():
     assert pull @ modal_compliance(heavier(), loads) @ pull > 0
 
 
-def test_truncation_keeps_the_statics_at_the_loaded_interfaces():
-    loads = [("front", 0), ("front", 1), ("back", 4)]
-    short = truncate(heavier(), 2000.0, loads)
-    assert short.n_modes < heavier().n_modes / 2
-    np.testing.assert_allclose(modal_compliance(short, loads), modal_compliance(heavier(), loads), rtol=1e-8)
-    bare = truncate(heavier(), 2000.0)
-    assert abs(modal_compliance(bare, loads) / modal_compliance(heavier(), loads) - 1).max() > 1e-3
-
-
-def test_truncation_keeps_the_modes_below_the_cut_off():
-    short = truncate(heavier(), 2000.0, [("front", 0)])
-    kept = heavier().omega[heavier().frequencies_hz <= 2000.0]
+def test_truncation_keeps_the_statics_at_loaded_interfaces_and_the_modes_below_the_cut_off():
+    """The basis of what is kept leads back to the first body."""
+    body, loads = heavier(), [("front", 0), ("front", 1), ("back", 4)]
+    short, kept = truncate(body, 2000.0, loads), body.omega[body.frequencies_hz <= 2000.0]
+    assert short.n_modes < body.n_modes / 2
+    np.testing.assert_allclose(modal_compliance(short, loads), modal_compliance(body, loads), rtol=1e-8)
+    bare = truncate(body, 2000.0)
+    assert abs(modal_compliance(bare, loads) / modal_compliance(body, loads) - 1).max() > 1e-3
     np.testing.assert_allclose(short.omega[: kept.size], kept)
     assert np.all(short.frequencies_hz[kept.size :] > 2000.0)
-    weights = np.linalg.lstsq(heavier().basis, short.basis, rcond=None)[0]
+    weights = np.linalg.lstsq(body.basis, short.basis, rcond=None)[0]
     np.testing.assert_allclose(weights.T @ weights, np.eye(short.n_modes), atol=1e-9)
-
-
-def test_basis_leads_back_to_the_first_body():
-    short = truncate(heavier(), 2000.0, [("front", 0)])
     np.testing.assert_allclose(beam().shapes @ short.basis, short.shapes, atol=1e-10)
 
 
@@ -170,12 +163,9 @@ def test_impossible_parts_are_refused(interface, mass, inertia, says):
         attach(beam(), interface, mass, inertia, (0, 0, 0))
 
 
-def test_an_unknown_load_is_refused():
+def test_an_unknown_load_and_a_broken_body_are_refused():
     with pytest.raises(InputError, match="component 6"):
         truncate(beam(), 100.0, [("front", 6)])
-
-
-def test_a_broken_body_is_refused():
     with pytest.raises(StoreError, match="'omega'"):
         check(replace(beam(), omega=np.full(beam().n_modes, np.nan)))
     with pytest.raises(StoreError, match="'shapes'"):

@@ -31,18 +31,6 @@ def test_residues_add_up_to_the_transfer_function():
         assert modal == pytest.approx(own, rel=1e-9)
 
 
-def test_two_discs_answer_as_their_formula_says():
-    """Discs I₁ and I₂: ω² = k (I₁ + I₂)/(I₁ I₂); torque on one turns the other by 1/((I₁ + I₂) 2 ζ ω²) at resonance."""
-    one, other, stiffness, ratio = 0.3, 1.2, 4e5, 0.01
-    omega = math.sqrt(stiffness * (one + other) / (one * other))
-    apart = np.array([[1.0, -1.0], [-1.0, 1.0]])
-    equations = Equations(np.diag([one, other]), 2.0 * ratio / omega * stiffness * apart, stiffness * apart)
-    values, shapes, taken = vibrations(equations, 1.0, np.array([[0.0], [1.0]]))
-    assert abs(values[0]) == pytest.approx(omega, rel=1e-12)
-    answer = abs(shapes[0, 0] * taken[0, 0]) / -values[0].real
-    assert answer == pytest.approx(1.0 / ((one + other) * 2.0 * ratio * omega**2), rel=1e-3)
-
-
 def modes(torsion, damping_ratios, residues, in_shafts=(0.0, 0.0)):
     """Two modes at 465 and 600 Hz; one gas torque, and orders to 6 of which the sixth excites."""
     omega = 2.0 * math.pi * np.array([465.0, 600.0])
