@@ -165,8 +165,10 @@ def test_a_run_imports_what_it_runs(tmp_path):
 
 def literal(index: ast.AST) -> bool:
     """True if a subscript states an integer of 3 or more by itself."""
-    parts = [index, *getattr(index, "elts", ()), getattr(index, "lower", None), getattr(index, "upper", None)]
-    return any(isinstance(one, ast.Constant) and isinstance(one.value, int) and one.value >= 3 for one in parts)
+    if isinstance(index, ast.Constant):
+        return isinstance(index.value, int) and index.value >= 3
+    ends = (index.lower, index.upper) if isinstance(index, ast.Slice) else getattr(index, "elts", ())
+    return any(literal(one) for one in ends if one is not None)
 
 
 LEVELS = {"LAW", "LINEAR", "IMPEDANCE", "TABLE", "REYNOLDS", "EHD", "ROLLER", "IS_LINEAR"}
