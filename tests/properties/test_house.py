@@ -1,7 +1,4 @@
-"""The house keeps its order: what the tree of sources promises its reader, counted.
-
-Kernels are the functions under the decorators of :mod:`cranktrain.core.kernel`.
-"""
+"""The house keeps its order: what the tree of sources promises its reader, counted."""
 
 from __future__ import annotations
 
@@ -25,7 +22,7 @@ SOURCES, LAB = ROOT.parent, "cranktrain_lab"
 FILES = dict.fromkeys(
     sorted(path.relative_to(SOURCES).as_posix() for name in (ROOT.name, LAB) for path in (SOURCES / name).rglob("*.py"))
 )
-KERNELS = ("kernel", "inlined_kernel", "law_kernel")
+KERNELS = ("kernel", "inlined_kernel", "law_kernel")  # decorators of cranktrain.core.kernel
 
 
 @cache
