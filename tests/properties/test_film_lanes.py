@@ -81,10 +81,7 @@ class Films:
         return memory.out[i]
 
     def together(self, which: list[int]) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
-        """Results, unknowns and shapes of the films in lanes; lane k has film ``which[k]``.
-
-        None is refused but those whose oil hardly flows under its pressure; these keep no result.
-        """
+        """Results, unknowns and shapes of films in lanes; none is kept of those whose oil hardly flows."""
         self.film.constants[one.STEP_LIMIT : one.STEP_LIMIT + 4] = (1.0e-4, 1.0e-4, 1.0e-5, 1.0e-9)
         work, memory = lane_work(self.film, 8, singles=True), self._memory()
         for lane in range(8):

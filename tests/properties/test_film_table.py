@@ -1,7 +1,4 @@
-"""The film table: its error at random states, tangents, mirrors, and the hand-over to the film solved in place.
-
-At tilt rates off the family that it samples: damping, limits, passivity, tangents, continuity.
-"""
+"""The film table: error, tangents, continuity and passivity, also at tilt rates off the family that it samples."""
 
 import math
 from dataclasses import replace

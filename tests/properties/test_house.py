@@ -1,7 +1,4 @@
-"""The house keeps its order: what the tree of sources promises its reader, counted.
-
-Kernels are the functions under the decorators of :mod:`cranktrain.core.kernel`.
-"""
+"""The house keeps its order: what the tree of sources promises its reader, counted."""
 
 from __future__ import annotations
 
@@ -25,7 +22,7 @@ SOURCES, LAB = ROOT.parent, "cranktrain_lab"
 FILES = dict.fromkeys(
     sorted(path.relative_to(SOURCES).as_posix() for name in (ROOT.name, LAB) for path in (SOURCES / name).rglob("*.py"))
 )
-KERNELS = ("kernel", "inlined_kernel", "law_kernel")
+KERNELS = ("kernel", "inlined_kernel", "law_kernel")  # decorators of cranktrain.core.kernel
 
 
 @cache
@@ -165,8 +162,10 @@ def test_a_run_imports_what_it_runs(tmp_path):
 
 def literal(index: ast.AST) -> bool:
     """True if a subscript states an integer of 3 or more by itself."""
-    parts = [index, *getattr(index, "elts", ()), getattr(index, "lower", None), getattr(index, "upper", None)]
-    return any(isinstance(one, ast.Constant) and isinstance(one.value, int) and one.value >= 3 for one in parts)
+    if isinstance(index, ast.Constant):
+        return isinstance(index.value, int) and index.value >= 3
+    ends = (index.lower, index.upper) if isinstance(index, ast.Slice) else getattr(index, "elts", ())
+    return any(literal(one) for one in ends if one is not None)
 
 
 LEVELS = {"LAW", "LINEAR", "IMPEDANCE", "TABLE", "REYNOLDS", "EHD", "ROLLER", "IS_LINEAR"}

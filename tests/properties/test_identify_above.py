@@ -1,7 +1,4 @@
-"""Levels above the fitted one: what a crank that bends would move of a torsional fit is within its intervals.
-
-The data are orders of a crank of beams on oil films, by runs in time. A torsional crank is fitted to them.
-"""
+"""Levels above: a torsional fit to orders of a crank of beams in films has intervals that hold what that would move."""
 
 import math
 

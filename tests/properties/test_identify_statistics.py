@@ -1,7 +1,4 @@
-"""Identification in closed form: one mass and two masses, whose derivatives, bounds and optima are known.
-
-Constants that the pitch errors of a toothed wheel add to whole orders are eliminated as unknowns of a linear fit.
-"""
+"""Identification of one mass in closed form, also beside the constant that pitch errors of a toothed wheel add."""
 
 import math
 from dataclasses import replace

@@ -1,7 +1,4 @@
-"""The register of integrators: every list follows its rows.
-
-Methods whose largest pressures of elastic films do not settle are refused wherever they are chosen.
-"""
+"""Lists follow the register of integrators; methods that lose largest pressures of elastic films are refused."""
 
 from dataclasses import replace
 from pathlib import Path
