@@ -116,7 +116,7 @@ def test_measured_orders_lie_over_the_computed_ones(run_up, tmp_path):
     [dots] = [
         line for line in of_orders(run_up, engine=SIX, measured=measured).axes[0].lines if line.get_marker() == "o"
     ]
-    assert sorted(zip(*dots.get_data(), strict=True)) == sorted([(1900.0, 0.1), (rpm, 0.5), (rpm, 1.5)])
+    np.testing.assert_allclose(sorted(np.transpose(dots.get_data()).tolist()), [(rpm, 0.5), (rpm, 1.5), (1900.0, 0.1)])
     ax = figures.harmonic_figure(run_up, shown.TORSIONAL, shown.Beside(SIX, None, measured), "six").axes[0]
     assert any("measured" in text.get_text() for text in ax.get_legend().texts)
     assert np.nanmax([bar.get_height() for bar in ax.containers[-1]]) == pytest.approx(1.0)
