@@ -200,3 +200,11 @@ def test_calls_without_a_state_are_refused(unit):
     assert "a serialized FMU state takes" in one.refused("SerializeFMUstate", state, b"x" * 9, c_size_t(9))
     one.must("FreeFMUstate", None).must("FreeFMUstate", byref(c_void_p()))
     one.must("FreeFMUstate", byref(state))
+
+
+def test_reset_starts_anew(unit):
+    one = unit().start()
+    first = bits(one.run(20))
+    one.set("Real", {V["speed"]: 10.0})
+    one.run(20, first=20).must("Reset")
+    assert bits(one.start().run(20)) == first
