@@ -18,22 +18,10 @@ from cranktrain.dynamics.model.records import dimensions
 from cranktrain.dynamics.model.settings import ROW, ruling_law, usual_step
 from cranktrain.dynamics.outputs.register import Counts, judged_families, output_needs
 from cranktrain.dynamics.settled.collar import Learned
-from cranktrain.dynamics.settled.cycles import (
-    NOTHING,
-    Expected,
-    Recorder,
-    plain_cycles,
-    rewind,
-    settled_cycles,
-)
+from cranktrain.dynamics.settled.cycles import NOTHING, Expected, Recorder, plain_cycles, rewind, settled_cycles
 from cranktrain.dynamics.settled.judging import MOST_CYCLES, Judge, Settling
 from cranktrain.dynamics.settled.samples import PowerSamples, Samples, Sink
-from cranktrain.dynamics.warm_films import (
-    PASSES,
-    SETTLED,
-    balanced_temperatures,
-    cycle_means,
-)
+from cranktrain.dynamics.warm_films import PASSES, SETTLED, balanced_temperatures, cycle_means
 from cranktrain.film.laws.pressure_peak import pressure_peaks
 from cranktrain.film.laws.register import Law
 from cranktrain.loads.damper import balanced_temperature as damper_balance_temperature
@@ -41,16 +29,6 @@ from cranktrain.loads.damper import required_damper
 
 if TYPE_CHECKING:
     from cranktrain.dynamics.simulation import Simulation
-
-__all__ = [
-    "Result",
-    "balanced",
-    "communication_step",
-    "damper_power",
-    "output_judge",
-    "row_step",
-    "run_cycles",
-]
 
 
 @dataclass(frozen=True)

@@ -55,20 +55,6 @@ def guidance_parameters(guidance: PistonGuidance, piston_mass: float) -> Array:
     return np.append(skirt_parameters(guidance), piston_mass * guidance.mass_height)
 
 
-def piston_mass_matrix(guidance: PistonGuidance, piston_mass: float, small_end_mass: float) -> Array:
-    """Return the mass matrix (2, 2) of a piston with the rod's small end in x and τ."""
-    arm = guidance.mass_height
-    coupling = -piston_mass * arm
-    return np.array(
-        [[piston_mass + small_end_mass, coupling], [coupling, guidance.tilt_inertia + piston_mass * arm * arm]]
-    )
-
-
-def piston_modes(mass: Array) -> Array:
-    """Return shapes (2, 2) of x and τ that normalise the mass matrix to unity."""
-    return np.asarray(np.linalg.inv(np.linalg.cholesky(mass)).T)
-
-
 @kernel
 def layer_force(p, layer, gap, rate, out):
     """Compute the force of one spring layer on the piston, ``out[0]``, with ∂F/∂gap and ∂F/∂rate in ``out[1:3]``."""

@@ -5,16 +5,14 @@ from typing import NamedTuple
 
 from cranktrain.core.column_names import kind_of
 from cranktrain.core.errors import InputError, shown
-from cranktrain.core.units import known_factor
+from cranktrain.core.units import ATMOSPHERE, known_factor
 
-ATMOSPHERE = 101325.0
 _PSI, _AT = 6894.757293168, 98066.5
 UNITS = {
     "Pa": 1.0, "hPa": 1e2, "mbar": 1e2, "kPa": 1e3, "psi": _PSI, "at": _AT, "kgf/cm2": _AT, "bar": 1e5,
     "atm": ATMOSPHERE, "MPa": 1e6, "N/mm2": 1e6,
 }  # fmt: skip
 """Factor to Pa of each unit; a suffix g (psig, barg, kPag) means above one standard atmosphere, a means absolute."""
-_SPELT = {unit.lower().replace("/", ""): unit for unit in UNITS}
 FOREIGN = {"v", "mv", "pc"}
 """Units of charge amplifiers, which are not units of pressure."""
 _ANGLES = {"deg", "degree", "degrees", "degca", "ca", "cad", "°", "°ca", "grad"}
@@ -38,7 +36,7 @@ def known_units() -> str:
 
 def named_unit(text: str) -> PressureUnit:
     """Return the unit named by an option; ``InputError`` if it is unknown."""
-    found = _unit(_plain(text)) or _spelt(text)
+    found = _UNITS.get(_plain(text)) or _spelt(text)
     if found is None:
         raise InputError(f"unknown pressure unit {shown(text)}; known: {known_units()}")
     return found
@@ -53,7 +51,7 @@ def header_unit(cells: list[str], name: str) -> PressureUnit | None:
     written = [text.strip() for text in re.findall(r"[\[({]([^\])}]*)[\])}]", cells[-1])] or [cells[-1].strip()]
     bracketed = [text.strip() for text in re.findall(r"[\[({]([^\])}]*)[\])}]", cell)]
     words = [word for word in re.split(r"[\s_,;:/\[\](){}]+", cell) if word]
-    stated = [unit for word in words for unit in (_unit(word),) if unit is not None]
+    stated = [_UNITS[word] for word in words if word in _UNITS]
     if "at" in words[:-1] and "at" not in bracketed:  # the word "at" in a text, not technical atmospheres
         stated = [unit for unit in stated if unit.name != "at"]
     if stated:
@@ -75,7 +73,7 @@ def header_unit(cells: list[str], name: str) -> PressureUnit | None:
 def unit_in_text(text: str) -> PressureUnit | None:
     """Return the unit that is the last word of a line or of a bracket at its end; None without a unit."""
     words = [word for word in re.split(r"[\s,;:\[\](){}]+", _plain(text)) if word]
-    return _unit(words[-1]) if words and words[-1] != "at" else None
+    return _UNITS.get(words[-1]) if words and words[-1] != "at" else None
 
 
 def _plain(text: str) -> str:
@@ -83,15 +81,6 @@ def _plain(text: str) -> str:
     text = re.sub(r"\^2|²", "2", text.strip().lower())
     text = re.sub(r"(kgf|kp|kg)\s*/\s*cm2", "kgfcm2", text)
     return re.sub(r"lbf?\s*/\s*in2", "psi", re.sub(r"n\s*/\s*mm2", "nmm2", text))
-
-
-def _unit(word: str) -> PressureUnit | None:
-    """Return the unit of a word in lower case."""
-    if word in _SPELT:
-        return _with_zero(_SPELT[word], False)
-    if word[:-1] in _SPELT and word[-1:] in ("a", "g"):
-        return _with_zero(_SPELT[word[:-1]], word[-1] == "g")
-    return None
 
 
 def _spelt(text: str) -> PressureUnit | None:
@@ -107,3 +96,11 @@ def _with_zero(name: str, gauge: bool) -> PressureUnit:
     if not gauge:
         return PressureUnit(name, UNITS[name], 0.0, name)
     return PressureUnit(f"{name} gauge", UNITS[name], ATMOSPHERE, f"{name} gauge plus one atmosphere (1.01325 bar)")
+
+
+_UNITS = {
+    unit.lower().replace("/", "") + ending: _with_zero(unit, ending == "g")
+    for unit in UNITS
+    for ending in ("", "a", "g")
+}
+"""Units by their words in lower case."""

@@ -17,8 +17,8 @@ from cranktrain.core.errors import InputError, nearest
 from cranktrain.core.reduced_body import Array, ReducedBody
 from cranktrain.dynamics.model import lump_slots as of
 from cranktrain.dynamics.model import slots as at
-from cranktrain.dynamics.model.block import block_arrays
 from cranktrain.dynamics.model.bodies import (
+    block_arrays,
     locked_on_axis,
     stationary_body,
     with_axial_mass,
@@ -34,13 +34,7 @@ from cranktrain.dynamics.model.pack import Cranktrain, pack
 from cranktrain.dynamics.model.ports import big_end_films, laws_of, lay_ports
 from cranktrain.dynamics.model.preparation import prepare_model
 from cranktrain.dynamics.model.records import Basis, ModelArrays
-from cranktrain.dynamics.model.settings import (
-    BOUNDARIES,
-    Settings,
-    check_levels,
-    keeps_peaks,
-    resolved,
-)
+from cranktrain.dynamics.model.settings import BOUNDARIES, Settings, check_levels, keeps_peaks, resolved
 from cranktrain.dynamics.model.wound_line import wind_train
 from cranktrain.dynamics.time.integrators import INTEGRATORS, method_arrays
 from cranktrain.dynamics.time.status import OK, REFUSALS
@@ -55,9 +49,7 @@ from cranktrain.engine.articulated_rod import dead_centre_heights
 from cranktrain.engine.lubricant import oil_constants, oil_temperature, pressure_constants, viscosity
 from cranktrain.engine.model import Engine
 from cranktrain.engine.parts import AxialPath
-from cranktrain.film.laws.bearings import (
-    thrust_bearing,
-)
+from cranktrain.film.laws.bearings import thrust_bearing
 from cranktrain.film.laws.register import bearing_law
 from cranktrain.loads.articulated_rod import JOINT, joint_values
 from cranktrain.loads.built_in_trace import KINKS, SAMPLES, TRACE_ROWS, fill_kinks
@@ -72,13 +64,7 @@ from cranktrain.loads.damper import (
 from cranktrain.loads.gas_pressure import GasTrace, gas_tables, trace_constants
 from cranktrain.loads.rod_masses import rod_masses
 from cranktrain.loads.slider_crank import remainder_inertia
-from cranktrain.loads.torsional_line import (
-    LEADING,
-    TorsionalLine,
-    torsional_line,
-    windup_shares,
-    windup_stiffness,
-)
+from cranktrain.loads.torsional_line import LEADING, TorsionalLine, torsional_line, windup_shares, windup_stiffness
 
 if TYPE_CHECKING:
     from cranktrain.film.elastic.bore_compliance import BoreCompliance

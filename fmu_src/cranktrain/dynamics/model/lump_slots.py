@@ -24,10 +24,11 @@ ONE_SHAFT, PATH_ROW, END_SPEED, MAINS_FREE, ENDS_FREE, FLEXIBLE, BLOCK_MASS, BLO
 LINE_INERTIA, STATED_DAMPER, GEARED, AHEAD, TRAITS = 27, 28, 29, 30, 31
 OWN_DAMPING, MODAL, RAYLEIGH = range(3)
 NOT_LUMPED = -1.0
-MASS, GYROSCOPIC, CENTRIFUGAL, STRESS, TILTING, TURN, SQUARES, VECTORS, PRODUCT, ROOMS = range(10)
-CHANGING = 5
-"""Matrices of ``Lumps.room``. The first ones, M, G, C, K_σ and K_σ's correction for tilts by rotation about z
-(:func:`cranktrain.core.reduced_body.turning_stiffness`), change with the parts on flywheel and pulley."""
+MASS, GYROSCOPIC, CENTRIFUGAL, STRESS, MOVING, TILTING, TURN, SQUARES, VECTORS, PRODUCT, ROOMS = range(11)
+CHANGING = 6
+"""Matrices of ``Lumps.room``. The first ones change with the parts on flywheel and pulley: M, G, C, K_σ, and what K_σ
+gets in rows of rigid modes, for translations and for tilts by rotation about z, see
+:func:`cranktrain.core.reduced_body.turning_stiffness`."""
 SCALE, OMEGA2, ORDER, PIVOTS, LOAD, VECTOR_ROWS = range(6)
 """Rows of ``Lumps.vectors``."""
 CENTRIFUGAL_LOAD, EULER_LOAD, TRANSLATION, LOADS = 0, 1, 2, 5

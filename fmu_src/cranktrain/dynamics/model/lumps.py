@@ -51,9 +51,14 @@ def lumps(
     for mode in range(r, t):
         grown[mode] = _slot(turning, mode)
     fixed = np.zeros((2, at.COORDINATES, r))
-    fixed[:, :6, :6], fixed[:, 6:, 6:] = rigid_coordinates(body), body.shapes[rows, :, 6:]
+    rigid, matrices = rigid_coordinates(body), np.zeros((at.CHANGING, r, r))
+    fixed[:, :6, :6], fixed[:, 6:, 6:] = rigid, body.shapes[rows, :, 6:]
     own = turning.gyroscopic, turning.centrifugal, turning.stress_stiffness
-    tilting = turning_stiffness(turning) + turning.centrifugal - turning.stress_stiffness
+    matrices[: at.MOVING] = np.eye(r), *(matrix[:r, :r] for matrix in own)
+    corrected = turning_stiffness(turning) + turning.centrifugal - turning.stress_stiffness
+    about_origin = np.linalg.solve(rigid.T, corrected[:6, :r])
+    matrices[at.MOVING, :6] = rigid[:3].T @ about_origin[:3]
+    matrices[at.TILTING, :6, :6] = rigid[3:5].T @ about_origin[3:5, :6]
     units, unit_loads = unit_parts(body.positions[rows])
     return no_lumps()._replace(
         values=values,
@@ -67,7 +72,7 @@ def lumps(
         omega2=turning.omega**2,
         damping=damping.copy(),
         rod_masses=np.array(mean_rod_masses(engine)),
-        matrices=np.array([np.eye(r), *(matrix[:r, :r] for matrix in (*own, tilting))]),
+        matrices=matrices,
         loads=np.vstack((turning.centrifugal_load, turning.euler_load, turning.translation)),
         grown=grown,
         mount_motion=motion,
@@ -91,9 +96,9 @@ def unit_parts(places: Array) -> tuple[Array, Array]:
             part = Slices(place, unit)
             own, field = part.terms(motion), fields(motion)
             stress = with_rigid_rows(own.stress_stiffness, own.centrifugal, np.eye(6), own.turned_load)
-            tilting = np.zeros_like(stress)
-            tilting[3:5, 5] = -stress[3:5, 5]
-            matrices.append((part.paired(field, field), own.gyroscopic, own.centrifugal, stress, tilting))
+            moving, tilting = np.zeros((2, *stress.shape))
+            moving[:3], tilting[3:5, 5] = -stress[:3], -stress[3:5, 5]
+            matrices.append((part.paired(field, field), own.gyroscopic, own.centrifugal, stress, moving, tilting))
             loads.append(np.vstack((own.centrifugal_load, own.euler_load, own.translation)))
     return np.array(matrices), np.array(loads)
 

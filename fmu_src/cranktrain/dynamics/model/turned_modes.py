@@ -155,23 +155,26 @@ def turn_matrices(model, changed):
     turn, product = room[of.TURN], room[of.PRODUCT]
     for which in range(of.GYROSCOPIC, of.CHANGING):
         matrix = room[which]
-        m = 6 if which == of.TILTING else n
-        for i in range(m):
-            for j in range(m):
+        rows = 6 if which >= of.MOVING else n
+        columns = 6 if which == of.TILTING else n
+        for i in range(rows):
+            for j in range(columns):
                 total = 0.0
-                for k in range(m):
+                for k in range(columns):
                     total += matrix[i, k] * turn[k, j]
                 product[i, j] = total
-        for i in range(m):
-            for j in range(m):
+        for i in range(rows):
+            for j in range(columns):
                 total = 0.0
-                for k in range(m):
+                for k in range(rows):
                     total += turn[k, i] * product[k, j]
                 matrix[i, j] = total
     for i in range(n):
         for j in range(n):
             model.bodies.gyroscopic[j, i] = room[of.GYROSCOPIC, i, j]
             model.bodies.spin[j, i] = room[of.STRESS, i, j] - room[of.CENTRIFUGAL, i, j]
+            if i < 6:
+                model.bodies.spin[j, i] += room[of.MOVING, i, j]
             if i < 6 and j < 6:
                 model.bodies.spin[j, i] += room[of.TILTING, i, j]
 

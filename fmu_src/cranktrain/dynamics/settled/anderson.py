@@ -37,10 +37,18 @@ def anderson_step(modes: SlowModes, known: Sequence[tuple[Motion, Motion]]) -> M
     def measure(motion: Motion) -> Array:
         return np.concatenate(modes.coordinates(motion))
 
-    columns = np.array([measure(change) for change in changes]).T
-    size = np.linalg.norm(columns, axis=0)
-    size[size == 0.0] = 1.0
-    weights = np.linalg.lstsq(columns / size, measure(missed), rcond=DISTINCT)[0] / size
+    weights = shares([measure(change) for change in changes], measure(missed), DISTINCT)
     for weight, start, change in zip(weights, starts, changes, strict=True):
         total = total.plus(start.plus(change), -weight)
     return total
+
+
+def shares(parts: Sequence[Array], whole: Array, distinct: float) -> Array:
+    """Factors (k,) with which the sum of k ``parts`` (n,) is nearest to ``whole`` (n,).
+
+    ``distinct`` is the relative singular value of normalised parts below which they count as linearly dependent.
+    """
+    columns = np.array(parts).T
+    size = np.linalg.norm(columns, axis=0)
+    size[size == 0.0] = 1.0
+    return np.asarray(np.linalg.lstsq(columns / size, whole, rcond=distinct)[0] / size)

@@ -13,7 +13,7 @@ from collections.abc import Mapping
 import numpy as np
 
 from cranktrain.core.reduced_body import Array
-from cranktrain.dynamics.settled.anderson import anderson_step
+from cranktrain.dynamics.settled.anderson import anderson_step, shares
 from cranktrain.dynamics.settled.judging import Judge
 from cranktrain.dynamics.settled.motion import Motion
 from cranktrain.dynamics.settled.slow_modes import SlowModes
@@ -73,10 +73,7 @@ class Past:
         # Two estimates: from the motion of crank and pistons, and from the motion of the block.
         for body, known in enumerate(self._modes.coordinates(change)):
             # Factors whose weighted sum of the changes is nearest to −``known``.
-            columns = np.array([c[body] for c in changes]).T
-            size = np.linalg.norm(columns, axis=0)
-            size[size == 0.0] = 1.0
-            share = np.linalg.lstsq(columns / size, -known, rcond=DISTINCT)[0] / size
+            share = shares([c[body] for c in changes], -known, DISTINCT)
             rest = change
             for c, difference in zip(share, differences, strict=True):
                 rest = rest.plus(difference, c)

@@ -120,7 +120,7 @@ def connection_arrays(
     any_film = next((piece.parameters for piece in kept if piece.parameters is not None), np.zeros(COLUMNS))
     bearings = [any_film if piece.parameters is None else piece.parameters for piece in kept]
     films = _table(bearings, COLUMNS)
-    interfaces = _interfaces(topology, names, port_of, reduced_of)
+    interfaces = _interfaces(topology, taken, port_of, reduced_of)
     laid: list[_Component] = []
     for k in _elimination([set().union(*(one.groups for one in piece)) for piece in found]):
         first, size = len(laid), len(found[k])
@@ -172,12 +172,11 @@ def at_main(ends: Sequence[End]) -> bool:
 
 
 def _interfaces(
-    topology: Topology, names: list[str], port_of: Mapping[tuple[str, str], int],
+    topology: Topology, owners: Mapping[str, int], port_of: Mapping[tuple[str, str], int],
     reduced_of: Mapping[str, ReducedBody | None],
 ) -> list[list[float]]:  # fmt: skip
     """Rows of ``Links.interfaces``, one for each interface that a connection holds."""
     found, last = list[list[float]](), {body: port for (body, _), port in port_of.items()}
-    owners = {CRANK: at.OF_CRANK, BLOCK: at.OF_BLOCK} | {name: at.OTHERS + k for k, name in enumerate(names)}
     for (body, interface), port in port_of.items():
         own = body not in (CRANK, BLOCK) and turns_whole(topology.body(body).reduced, 1)
         owner = owners[body]

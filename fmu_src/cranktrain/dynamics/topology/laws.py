@@ -33,16 +33,7 @@ from cranktrain.dynamics.topology.gas import gas_law, gas_record
 from cranktrain.dynamics.topology.gear_mesh import mesh_law, mesh_record
 from cranktrain.dynamics.topology.liner import LinerRecord, liner_law
 from cranktrain.dynamics.topology.own_law import own_pieces
-from cranktrain.dynamics.topology.pieces import (
-    ANGLE,
-    LENGTH,
-    SAME,
-    FilmParts,
-    Piece,
-    between,
-    component,
-    piece_along,
-)
+from cranktrain.dynamics.topology.pieces import ANGLE, LENGTH, SAME, FilmParts, Piece, between, component, piece_along
 from cranktrain.dynamics.topology.slider_crank import HEIGHT, SIDE, SPEED, slider_crank_law, slider_crank_record
 from cranktrain.dynamics.topology.spring import LoadRecord, SpringRecord, load_law, spring_law
 from cranktrain.dynamics.topology.terms import Direction, unit

@@ -38,14 +38,7 @@ from cranktrain.core.kernel import RECORDS
 from cranktrain.core.reduced_body import Array
 from cranktrain.core.stated_units import stated
 from cranktrain.core.units import to_si
-from cranktrain.dynamics.topology.own_kernel import (
-    FAILED_AT,
-    MOST_AXES,
-    RAISED,
-    VALUES_AT,
-    OwnKernel,
-    OwnRecord,
-)
+from cranktrain.dynamics.topology.own_kernel import FAILED_AT, MOST_AXES, RAISED, VALUES_AT, OwnKernel, OwnRecord
 from cranktrain.dynamics.topology.pieces import ANGLE, LENGTH, FilmParts, Piece, piece_along
 from cranktrain.dynamics.topology.values import REST, Frame
 from cranktrain.engine.connections import Own

@@ -48,16 +48,16 @@ def whole_topology(
     bare = Topology(frames, own)
     places = {CRANK: crank, BLOCK: block, **{body.name: body.reduced for body in own}}
     connections = []
-    for table in engine.connections:
+    for table, connection in zip(engine.connections, _connections(engine), strict=True):
         ends = []
-        for name, interface in map(split_end, table.ends):
-            end, body = End(name, interface), places.get(name)
-            if table.place and body is not None and interface in body.interfaces:
+        for end in connection.ends:
+            body = places.get(end.body)
+            if table.place and body is not None and end.interface in body.interfaces:
                 local = bare.end_frame(end).local(np.array(table.place))
-                offset = local - body.positions[body.index(interface)]
-                end = End(name, interface, (float(offset[0]), float(offset[1]), float(offset[2])))
+                x, y, z = (local - body.positions[body.index(end.interface)]).tolist()
+                end = replace(end, offset=(x, y, z))
             ends.append(end)
-        connections.append(Connection(table.name, table.law, tuple(ends), table.data))
+        connections.append(replace(connection, ends=tuple(ends)))
     topology = Topology(frames, own, tuple(connections)).plus(more or Topology())
     return replace(topology, connections=tuple(_with_rod(engine, one) for one in topology.connections))
 
@@ -120,36 +120,34 @@ def held_on_crank(engine: Engine, more: Topology | None = None) -> list[str]:
 
     ``InputError`` for a rigid gear, because its force on the crank is not known.
     """
-    found = [(table.name, table.law, [split_end(text) for text in table.ends]) for table in engine.connections]
-    for one in (more or Topology()).connections:
-        found.append((one.name, one.law, [(end.body, end.interface) for end in one.ends]))
-    held = [(interface, name, law) for name, law, ends in found for body, interface in ends if body == CRANK]
-    for _, name, law in held:
-        if connection_law(law, name).relations is not None:
+    held = [(end.interface, one) for one in _connections(engine, more) for end in one.ends if end.body == CRANK]
+    for _, one in held:
+        if connection_law(one.law, one.name).relations is not None:
             raise InputError(
-                f"connection '{name}': law '{law}' has no force, so that the loads on the crank are not known; take a "
-                "gear_mesh or a coupling for cut loads, stress and fatigue"
+                f"connection '{one.name}': law '{one.law}' has no force, so that the loads on the crank are not known; "
+                "take a gear_mesh or a coupling for cut loads, stress and fatigue"
             )
-    return list(dict.fromkeys(interface for interface, _, _ in held))
+    return list(dict.fromkeys(interface for interface, _ in held))
 
 
 def topology_outputs(engine: Engine, more: Topology | None = None) -> tuple[str, ...]:
     """Names of the outputs of added bodies, then of added connections, of engine file and script, in order."""
     topology = more or Topology()
-    frames = {frame.name: frame for frame in file_frames(engine)}
-    bodies = engine.additions.body
-    names = [table.name for table in bodies] + [body.name for body in topology.bodies]
-    found = [f"{name}.{output}" for name in names for output in BODY_OUTPUTS]
-    of_body = {CRANK: CRANK, BLOCK: AT_REST, GROUND: AT_REST} | {table.name: table.frame for table in bodies}
-    for table in engine.connections:
-        held = [split_end(text) for text in table.ends]
-        ends = [frames.get(of_body[name]) or topology.frame(of_body[name]) for name, _ in held]
-        found += _shown(Connection(table.name, table.law, tuple(End(*one) for one in held), table.data), *ends)
-    for connection in topology.connections:
-        found += _shown(connection, *(topology.end_frame(end) for end in connection.ends))
+    bodies = {table.name: table.frame for table in engine.additions.body}
+    bodies |= {body.name: body.frame for body in topology.bodies}
+    found = [f"{name}.{output}" for name in bodies for output in BODY_OUTPUTS]
+    whole = replace(topology, frames=(*file_frames(engine), *topology.frames), bodies=(), connections=())
+    of_body = {CRANK: CRANK, BLOCK: AT_REST, GROUND: AT_REST} | bodies
+    for one in _connections(engine, more):
+        pieces = pieces_of(one, *(whole.frame(of_body[end.body]) for end in one.ends))
+        found += [f"connection[{one.name}].{name}" for piece in pieces for name, _, _ in piece.outputs]
     return tuple(found)
 
 
-def _shown(connection: Connection, *frames: Frame) -> list[str]:
-    pieces = pieces_of(connection, *frames)
-    return [f"connection[{connection.name}].{name}" for piece in pieces for name, _, _ in piece.outputs]
+def _connections(engine: Engine, more: Topology | None = None) -> list[Connection]:
+    """Connections of an engine file, with their ends at interfaces, then those of a script."""
+    own = [
+        Connection(table.name, table.law, tuple(End(*split_end(text)) for text in table.ends), table.data)
+        for table in engine.connections
+    ]
+    return [*own, *(more.connections if more is not None else ())]
