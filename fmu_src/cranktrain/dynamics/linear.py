@@ -310,30 +310,32 @@ class SmallMotions:
 
 
 def mean_places(model: ModelArrays, rows: Iterable[int] | None = None) -> Array:
-    """Mean motion (k, 4) of connections of terms under the mean loads that connections bring, by Newton's method.
+    """Mean motion (k, 4) of connections of terms under the mean of their loads, by Newton's method.
 
-    Bodies are held by the connections in ``rows``, or by all. A mean torque presses teeth on one of their flanks, whose
-    normal then joins motion along and across the pitch circle. Without loads nothing moves.
+    Bodies are held by the connections in ``rows``, or by all; what these exert without motion is in balance. A mean
+    torque presses teeth on one of their flanks, whose normal then joins motion along and across the pitch circle.
     """
-    motions, first = SmallMotions(model, still=True), int(model.layout[at.TERM_ROW])
     taken = list(range(len(model.connections)) if rows is None else rows)
-    terms = [k for k in taken if k >= first]
-    places, x, components = np.zeros((len(model.connections), 4)), np.zeros(motions.mode.size), motions.components()
-    for _ in range(NEWTON_STEPS if terms else 0):
+    terms, places = [k for k in taken if k >= int(model.layout[at.TERM_ROW])], np.zeros((len(model.connections), 4))
+    still = forces_in_rotation(model, terms, places)
+    loads = model.connections[:, at.IS_LOAD] > 0
+    if not np.any(still[loads]):
+        return places
+    still[loads] = 0.0
+    motions = SmallMotions(model, still=True)
+    x, components = np.zeros(motions.mode.size), motions.components()
+    for _ in range(NEWTON_STEPS):
         laws = tangents_in_rotation(model, rows=taken, places=places).mean()
-        stiffness = motions.equations(0.0, laws).stiffness
-        forces, load = forces_in_rotation(model, terms, places), np.zeros(x.size)
-        # K x + R^T P d is the force of all that is linear at rest.
+        stiffness, forces = motions.equations(0.0, laws).stiffness, forces_in_rotation(model, terms, places) - still
         balance = -stiffness @ x
         for k in terms:
             own, count = components[motions.numbers(k)], model.connections[k, at.COUPLED]
-            balance -= own.T @ laws.place[k, :count, :count] @ (own @ x)
-            load += own.T @ forces[k, :count]
-        step = np.linalg.lstsq(stiffness, balance + load, rcond=SINGULAR)[0]
+            balance += own.T @ (forces[k, :count] - laws.place[k, :count, :count] @ (own @ x))
+        step = np.linalg.lstsq(stiffness, balance, rcond=SINGULAR)[0]
         x += step
         for k in terms:
             places[k, : model.connections[k, at.COUPLED]] = components[motions.numbers(k)] @ x
-        if np.max(np.abs(step), initial=0.0) <= SETTLED * np.max(np.abs(x), initial=0.0):
+        if np.max(np.abs(step)) <= SETTLED * np.max(np.abs(x)):
             break
     return places
 
