@@ -98,7 +98,10 @@ def test_a_function_of_the_speed_is_that_of_each_run():
     gas = read_gas(pressure, engine)
     for speed in (250.0, 300.0, 420.0):
         np.testing.assert_allclose(gas.at(speed, 1.0).fired, [base(x) * speed / 300.0 for x in gas.at(300.0, 1).angles])
-    bare, levels = engine.without_additions, {key: value for key, value in TORSION.items() if key != "cycles"}
+    bare, levels = (
+        engine.with_(connection=None, body=None, frame=None),
+        {key: value for key, value in TORSION.items() if key != "cycles"},
+    )
     run_up, one = (
         ct.runup(bare, from_rpm=first, to_rpm=3000, step_rpm=1000, method="linear", pressure=own, **levels)
         for first, own in ((2000, pressure), (3000, lambda angle: pressure(angle, 100.0 * math.pi)))
