@@ -1,13 +1,11 @@
 """Run of a simulation over cycles at constant speed: samples, settling and heat balance."""
 
-from __future__ import annotations
-
 import math
 import warnings
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass, replace
 from functools import cache
-from typing import TYPE_CHECKING
+from typing import Protocol
 
 import numpy as np
 
@@ -16,19 +14,42 @@ from cranktrain.dynamics.model import slots as at
 from cranktrain.dynamics.model.arrays import supply_temperature
 from cranktrain.dynamics.model.records import dimensions
 from cranktrain.dynamics.model.settings import ROW, ruling_law, usual_step
+from cranktrain.dynamics.model.workspace import Work
 from cranktrain.dynamics.outputs.register import Counts, judged_families, output_needs
 from cranktrain.dynamics.settled.collar import Learned
-from cranktrain.dynamics.settled.cycles import NOTHING, Expected, Recorder, plain_cycles, rewind, settled_cycles
+from cranktrain.dynamics.settled.cycles import (
+    NOTHING,
+    Expected,
+    Recorder,
+    Stepped,
+    plain_cycles,
+    rewind,
+    settled_cycles,
+)
 from cranktrain.dynamics.settled.judging import MOST_CYCLES, Judge, Settling
 from cranktrain.dynamics.settled.samples import PowerSamples, Samples, Sink
 from cranktrain.dynamics.warm_films import PASSES, SETTLED, balanced_temperatures, cycle_means
+from cranktrain.engine.model import Engine
 from cranktrain.film.laws.pressure_peak import pressure_peaks
 from cranktrain.film.laws.register import Law
 from cranktrain.loads.damper import balanced_temperature as damper_balance_temperature
 from cranktrain.loads.damper import required_damper
 
-if TYPE_CHECKING:
-    from cranktrain.dynamics.simulation import Simulation
+
+class Run(Stepped, Protocol):
+    """Interface of an initialised simulation that is run over cycles."""
+
+    engine: Engine
+    counts: Counts
+    work: Work
+    output_names: tuple[str, ...]
+    film_temperatures: Array
+    damper_temperature: float
+    power_samples: PowerSamples | None
+
+    @property
+    def shown_outputs(self) -> tuple[str, ...]:
+        """Names of the outputs that the levels model."""
 
 
 @dataclass(frozen=True)
@@ -76,7 +97,7 @@ def communication_step(speed: float, step: float) -> float:
     return 4.0 * math.pi / speed / math.ceil(4.0 * math.pi / step - 1.0e-9)
 
 
-def row_step(simulation: Simulation) -> float:
+def row_step(simulation: Run) -> float:
     """Time (s) between recorded rows of a run over cycles: a step, or the largest part of a step that ``ROW`` allows.
 
     A step is divided only if it is the default of the levels and the simulation passes over communication points.
@@ -91,7 +112,7 @@ def row_step(simulation: Simulation) -> float:
 
 
 def run_cycles(
-    simulation: Simulation,
+    simulation: Run,
     cycles: int | None,
     settle: float,
     progress: Callable[[float], None] | None,
@@ -166,7 +187,7 @@ def damper_power(result: Result) -> float:
 
 
 def balanced(
-    simulation: Simulation,
+    simulation: Run,
     cycles: int | None,
     run: Callable[[], Result],
     result: Result,

@@ -8,18 +8,18 @@ cycles then show after how many cycles p it comes nearest to itself, and from th
 M.
 """
 
-from __future__ import annotations
-
 import math
 import time
 from collections.abc import Callable
 from dataclasses import replace
-from typing import TYPE_CHECKING, NamedTuple
+from typing import NamedTuple, Protocol
 
 import numpy as np
 
 from cranktrain.core.reduced_body import Array
 from cranktrain.dynamics.model import slots as at
+from cranktrain.dynamics.model.records import ModelArrays
+from cranktrain.dynamics.model.settings import Settings
 from cranktrain.dynamics.model.state import SHAFT_ANGLE, TIME, UNDER_WAY
 from cranktrain.dynamics.settled.collar import Learned
 from cranktrain.dynamics.settled.creep import creep_of
@@ -37,9 +37,6 @@ from cranktrain.dynamics.settled.motion import correct_motion, motion_of, settli
 from cranktrain.dynamics.settled.samples import Samples
 from cranktrain.dynamics.settled.slow_modes import SlowModes
 
-if TYPE_CHECKING:
-    from cranktrain.dynamics.simulation import Simulation
-
 CALL = 0.2
 """Approximate longest wall time between two checks for an interrupt, s."""
 INTERVALS = 48
@@ -52,6 +49,22 @@ PATIENCE_OF_CREEP = 4
 """PATIENCE for an engine that creeps along the crank's axis."""
 TRIED = 24
 """Most cycles of a run that starts from the motion at a neighbouring speed; usual runs settle within 8."""
+
+
+class Stepped(Protocol):
+    """Interface of a simulation that is run over cycles."""
+
+    settings: Settings
+    model: ModelArrays
+    inputs: Array
+    outputs: Array
+    state: Array
+
+    def series(self, step: float, first: int, rows: Array) -> int:
+        """See :meth:`cranktrain.dynamics.simulation.Simulation.series`."""
+
+    def step(self, t_end: float) -> None:
+        """See :meth:`cranktrain.dynamics.simulation.Simulation.step`."""
 
 
 class Expected(NamedTuple):
@@ -95,7 +108,7 @@ class Recorder:
     seen : (s + 1, 2, n) modal displacement and velocity at successive times of the last cycles
     """
 
-    def __init__(self, simulation: Simulation, step: float, per_cycle: int) -> None:
+    def __init__(self, simulation: Stepped, step: float, per_cycle: int) -> None:
         self.simulation = simulation
         self.step, self.per_cycle = step, per_cycle
         self.taken, self.seconds, self._at_once = 0, 0.0, 4
@@ -313,7 +326,7 @@ def plainly(recorder: Recorder, judge: Judge, tolerance: float, most: int, short
     return Plain(taken, rows, abs(nearest), parting)
 
 
-def rewind(simulation: Simulation, cycles: int) -> None:
+def rewind(simulation: Stepped, cycles: int) -> None:
     """Make the present state a start: set its time to 0 and subtract ``cycles`` cycles from the shaft's angle."""
     state = simulation.state
     state[TIME] = state[UNDER_WAY] = 0.0

@@ -4,15 +4,13 @@ A kernel is made for each law, when a model first needs its address. Records hol
 the exchanged data: last displacement and velocity, the forces found there, and whether the last call failed.
 """
 
-from __future__ import annotations
-
 import ctypes
 import dis
 import math
 import time
 import warnings
 from collections.abc import Callable
-from typing import TYPE_CHECKING, Any, NamedTuple
+from typing import Any, NamedTuple, Protocol
 
 import numpy as np
 
@@ -20,9 +18,6 @@ from cranktrain.core.errors import InputError
 from cranktrain.core.kernel import OPTIONS, Kernel, compiler, record_reader
 from cranktrain.core.reduced_body import Array
 from cranktrain.film.laws import films as on
-
-if TYPE_CHECKING:
-    from cranktrain.dynamics.topology.own_law import OwnLaw
 
 MOST_AXES = 4
 OF_SCALE, OF_VALUE = 1.0e-3, 1.0e-6
@@ -51,6 +46,19 @@ TRIED = 200
 """Number of calls by which a law in Python is timed."""
 
 
+class Function(Protocol):
+    """Interface of a law from which a kernel is made, see :class:`cranktrain.dynamics.topology.own_law.OwnLaw`."""
+
+    name: str
+    axes: tuple[str, ...]
+    function: Callable[..., Any]
+    tangent: Callable[..., Any] | None
+    compiled: bool | None
+    arguments: dict[str, float | None]
+    parameters: dict[str, float | None]
+    told: tuple[str, ...]
+
+
 class OwnRecord(NamedTuple):
     """Data of one connection by a user's law."""
 
@@ -69,7 +77,7 @@ class OwnKernel(Kernel):
     raised : exception that the law's function in Python has raised last, None for a compiled one
     """
 
-    def __init__(self, law: OwnLaw) -> None:
+    def __init__(self, law: Function) -> None:
         def named() -> None:
             """Stand-in that gives the kernel its name; no library of machine code contains it."""
 
@@ -152,7 +160,7 @@ def _jit(function: Callable[..., Any]) -> Any:
     return compiler().njit(**{key: value for key, value in OPTIONS.items() if key != "_nrt"})(function)
 
 
-def _answer(law: OwnLaw, function: Any, tangent: Any) -> Callable[..., Any]:
+def _answer(law: Function, function: Any, tangent: Any) -> Callable[..., Any]:
     """Make ``answer(exchange, with_tangent)``, which evaluates a compiled function on an exchange and returns 0."""
     size = len(law.axes)
 
@@ -190,7 +198,7 @@ def _call_back(entry: Any) -> Callable[..., Any]:
     return answer
 
 
-def _whole(law: OwnLaw, answer: Any) -> Any:
+def _whole(law: Function, answer: Any) -> Any:
     """Compile the law's kernel for the argument types of all laws."""
     made = _jit(_kernel(answer, len(law.axes), law.tangent is not None))
     numba = compiler()
