@@ -56,9 +56,10 @@ def lumps(
     own = turning.gyroscopic, turning.centrifugal, turning.stress_stiffness
     matrices[: at.MOVING] = np.eye(r), *(matrix[:r, :r] for matrix in own)
     corrected = turning_stiffness(turning) + turning.centrifugal - turning.stress_stiffness
-    about_origin = np.linalg.solve(rigid.T, corrected[:6, :r])
-    matrices[at.MOVING, :6] = rigid[:3].T @ about_origin[:3]
-    matrices[at.TILTING, :6, :6] = rigid[3:5].T @ about_origin[3:5, :6]
+    if not known[at.GEARED]:  # the masses of a crank in common modes do not change
+        about_origin = np.linalg.solve(rigid.T, corrected[:6, :r])
+        matrices[at.MOVING, :6] = rigid[:3].T @ about_origin[:3]
+        matrices[at.TILTING, :6, :6] = rigid[3:5].T @ about_origin[3:5, :6]
     units, unit_loads = unit_parts(body.positions[rows])
     return no_lumps()._replace(
         values=values,

@@ -38,7 +38,7 @@ from cranktrain.engine.roller_bearing import LONG_ROLLER, RollerBearing, check_r
 SLICES = 30
 """Number of Gauss points along a roller."""
 ITERATIONS = 200
-CREEPING = 1.0e-9
+CREEPING = 1.0e-8
 """Tolerance of the force balance at the last iteration, as a fraction of the load."""
 RESIDUAL = 1.0e-11
 """Tolerance of the force balance, as a fraction of the load."""
