@@ -38,8 +38,8 @@ from cranktrain.engine.roller_bearing import LONG_ROLLER, RollerBearing, check_r
 SLICES = 30
 """Number of Gauss points along a roller."""
 ITERATIONS = 200
-CREEPING = 1.0e-8
-"""Tolerance of the force balance at the last iteration, as a fraction of the load."""
+HALVINGS = 100
+"""Most steps of a line search, doublings included."""
 RESIDUAL = 1.0e-11
 """Tolerance of the force balance, as a fraction of the load."""
 
@@ -206,55 +206,47 @@ def equilibrium(bearing: RollerBearing, load: Array, first_angle: float = 0.0, s
     # Initial guess: contact in the direction of the load, plus the approach of many rollers.
     place += direction * (half + (5.0 * size / (bearing.rollers * bearing.contact_stiffness)) ** 0.9)
     step_limit = half + 10.0 * float(np.linalg.norm(place)) + 1.0e-9
-    least, nearest = math.inf, place
     for iteration in range(ITERATIONS):
-        last = iteration == ITERATIONS - 1
-        if last:  # in a soft direction a search may pass the balance and creep beside it
-            place = nearest
         out = force_at(bearing, place, first_angle, slices)
         residual = load + out[:4]
         error = float(np.linalg.norm(residual))
-        if error < least:
-            least, nearest = error, place
         stiffness = -out[BY_PLACE:WORK].reshape(4, 4)
         # Rounding limits the accuracy of small loads: the approach is a small difference of position and clearance.
         digits = abs(0.5 * bearing.clearance) + float(np.abs(place).max())
         rounding = 1.0e-15 * float(np.trace(stiffness)) * digits
-        # The last iteration has a looser tolerance, because a small load in a soft direction converges slowly.
-        share = CREEPING if last else RESIDUAL
-        if error <= share * size + rounding:
+        if error <= RESIDUAL * size + rounding:
             angles = first_angle + 2.0 * math.pi * np.arange(bearing.rollers) / bearing.rollers
             loads = roller_loads(bearing, place, first_angle, slices)
             return LoadedBearing(place, stiffness, angles, loads, float(out[PRESSURE]), iteration)
         softest = max(1.0e-10 * float(np.trace(stiffness)), 1.0e-30)
         step = np.asarray(np.linalg.solve(stiffness + softest * np.eye(4), residual), dtype=np.float64)
         step *= min(1.0, step_limit / float(np.linalg.norm(step)))
-        place = place + _line_search(bearing, place, step, load, out[WORK], first_angle, slices) * step
+        place = place + _line_search(bearing, place, step, load, first_angle, slices) * step
     raise SolverError(
         f"roller bearing: no balance with {size:.4g} N after {ITERATIONS} iterations; check load, clearance and lengths"
     )
 
 
 def _line_search(
-    bearing: RollerBearing, place: Array, step: Array, load: Array, energy: float, first_angle: float, slices: int
+    bearing: RollerBearing, place: Array, step: Array, load: Array, first_angle: float, slices: int
 ) -> float:
-    """Return the factor on a step that lowers energy minus work of the load enough (Armijo) or balances the forces."""
-    promised = float((load + force_at(bearing, place, first_angle, slices)[:4]) @ step)
+    """Return the factor on a step at which the unbalanced force along it has fallen, and has not turned round.
+
+    The energy is convex, so this force falls along the step. It may do so within a tiny part of it, where a tilt
+    across the only loaded roller brings others into contact. A step of stiff and soft directions leaves the soft part.
+    """
+
+    def left(share: float) -> float:
+        return float((load + force_at(bearing, place + share * step, first_angle, slices)[:4]) @ step)
+
+    promised, low, high = left(0.0), 0.0, math.inf
     share = 1.0
-    # Extend the step in soft directions, such as a tilt across the only loaded roller, until other rollers touch.
-    for _ in range(40):
-        ahead = float((load + force_at(bearing, place + 2.0 * share * step, first_angle, slices)[:4]) @ step)
-        if ahead <= 0.9 * promised:
+    for _ in range(HALVINGS):
+        now = left(share)
+        if -0.5 * promised <= now <= 0.9 * promised:
             break
-        share *= 2.0
-    for _ in range(40):
-        out = force_at(bearing, place + share * step, first_angle, slices)
-        left = float((load + out[:4]) @ step)
-        gained = energy - float(out[WORK]) + share * float(load @ step)
-        # Close to equilibrium energy differences vanish in rounding, so the slope along the step decides.
-        if gained >= 1.0e-4 * share * promised or abs(left) <= 0.5 * promised:
-            return share
-        share *= 0.5
+        low, high = (share, high) if now > 0.0 else (low, share)
+        share = 2.0 * share if math.isinf(high) else 0.5 * (low + high)
     return share
 
 
