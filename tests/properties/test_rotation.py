@@ -14,6 +14,7 @@ import pytest
 from bodies import free_six, rigid_crank, six
 from started import at_speed
 
+import cranktrain as ct
 from cranktrain.core.reduced_body import truncate
 from cranktrain.dynamics.model.state import LEAD_ANGLE, LEAD_SPEED, SHAFT_ANGLE
 from cranktrain.dynamics.settled.motion import correct_motion
@@ -218,3 +219,13 @@ def test_a_corrected_start_leaves_big_ends_where_they_were_on_their_pins():
     linear = entry.motion(simulation, state)[0] + change.place
     besides = np.abs(ends(simulation, entry.motion(simulation, moved)[0] - linear)).max()
     assert besides > 0.4 * clearance  # what the modes' tangents would have moved the pins off their ends
+
+
+@pytest.mark.parametrize(("name", "rpm"), [("single_petrol", 2000.0), ("diesel_i6", 2000.0)])
+def test_floating_big_ends_start_on_the_circles_of_their_pins(name, rpm):
+    """Beside them by half the square of the crank's turn against its frame a pin would cross its film in a step."""
+    engine = load_engine(name)
+    levels = {"crank": "rigid", "block": "ground", "bearings": "linear", "big_ends": "impedance"}
+    run = ct.simulate(engine, speed_rpm=rpm, cycles=1, **levels)
+    places = np.array([run[f"big_end[{c + 1}].eccentricity"][:4] for c in range(engine.n_cylinders)])
+    assert np.abs(np.diff(places)).max() < 1e-2

@@ -1,5 +1,7 @@
 """Initial state of a run: static equilibrium from any position, then velocities and accelerations of motion."""
 
+import math
+
 from cranktrain.core.kernel import kernel
 from cranktrain.dynamics.model import slots as at
 from cranktrain.dynamics.model.layout import crank_modes, turning_modes
@@ -170,8 +172,16 @@ def set_in_motion(model, work, state, windup, rotation, rate):
         v[i] -= frame[at.OMEGA] * turned[i]
     q[at.ROTATION] = rotation / model.scalars[at.RIGID_ROTATION]
     v[at.ROTATION] += rate / model.scalars[at.RIGID_ROTATION]
-    for i in range(crank, t):
-        # Free big ends, ring and rotors turn with the crank; their Euler load is √m e_z×X.
+    big_ends = crank
+    if model.cylinders.shape[0] > 0 and model.cylinders[0, at.END_PORT] >= 0.0:
+        big_ends += 2 * model.cylinders.shape[0]
+    for i in range(crank, big_ends):
+        # Free big ends move on the circles of their pins; their Euler load is √m e_z×X, their centrifugal load √m X.
+        across, along = model.bodies.euler_load[i], model.bodies.centrifugal_load[i]
+        q[i] += math.sin(rotation) * across + (math.cos(rotation) - 1.0) * along
+        v[i] += rate * (math.cos(rotation) * across - math.sin(rotation) * along)
+    for i in range(big_ends, t):
+        # Ring and rotors turn with the crank.
         follows = model.bodies.euler_load[i] - model.lag[i]
         if model.lag[i] != 0.0:
             # The drive line's rotors lag by their part of the mean wind-up, regardless of the wind-up at rest.
