@@ -131,17 +131,16 @@ def watched(simulation, name):
 
 @pytest.mark.parametrize("level", LEVELS)
 def test_a_shaft_that_stands_sinks_by_squeeze_and_lands_on_its_asperities(level):
-    simulation = rotor(20.0, 5000.0, speed=0.0, bearings=level, newton_tolerance=1e-8)
-    place, off, time, step = [watched(simulation, "eccentricity")], [], 0.0, 1e-3
+    # A thin film's damping makes a force of the tolerance over the step.
+    simulation = rotor(20.0, 5000.0, speed=0.0, bearings=level, newton_tolerance=1e-10)
+    place, time, step = [watched(simulation, "eccentricity")], 0.0, 1e-3
     for _ in range(180):
         time += step
         simulation.step(time)
         step = min(1.05 * step, 0.5)
         place.append(watched(simulation, "eccentricity"))
         assert np.isfinite(simulation.outputs).all()
-        off.append(abs(watched(simulation, "force.y") / 5000.0 - 1.0))
-    # Steps of up to half a second, far longer than any motion of the film, may end between two states of its contact.
-    assert np.quantile(off, 0.9) < 1e-3 and max(off) < 3e-2
+        assert watched(simulation, "force.y") == pytest.approx(5000.0, rel=1e-3)
     # It only sinks; a film would let it sink for ever, so that what holds it at last is contact.
     assert (np.diff(place) > -1e-5).all() and place[-1] > place[0] + 1e-3
     assert place[-1] - place[-20] < 1e-5 and 0.95 < place[-1] < 1.0
