@@ -224,9 +224,12 @@ def bearing(ask: PlainBearing) -> VerbResult:
     if foreign := _given_of(ask, FOREIGN[form]):
         raise InputError(f"--{foreign[0].replace('_', '-')} does not go with --{what}; leave one out")
     needed = NEEDED[form]
-    if form != "eccentricity" and _given_of(ask, HEAT):
+    if form != "eccentricity" and (heat := _given_of(ask, HEAT)):
         if ask.viscosity is not None:
-            raise InputError("--viscosity does not go with --inlet-temperature-c, which gives it; leave one out")
+            named = heat[0].replace("_", "-")
+            raise InputError(
+                f"--viscosity does not go with --{named}, with which the inlet temperature gives it; leave one out"
+            )
         needed = tuple(name for name in needed if name != "viscosity") + HEAT[:3]
         ask = _with_grade(ask)
     missing = [f"--{name.replace('_', '-')}" for name in needed if getattr(ask, name) is None]
