@@ -1,8 +1,10 @@
 /* A C host that times a native FMU: one JSON object. See native_fmu.py.
 
-   host LIBRARY GUID RESOURCES FIRST_INPUT LAST_INPUT FIRST_OUTPUT LAST_OUTPUT cold|calls|threads|steps STEP COUNT [REFERENCE=TEXT ...]
+   host LIBRARY GUID RESOURCES FIRST_INPUT LAST_INPUT FIRST_OUTPUT LAST_OUTPUT cold|calls|threads|steps STEP COUNT [SETTING ...]
 
-   It looks into instances, by the shim's own header, to call the kernels without the interface of FMI. */
+   A setting is text:REFERENCE=TEXT or real:REFERENCE=NUMBER, set before the start; sweep:REFERENCE=LOW:HIGH:SECONDS, an
+   input that goes from LOW to HIGH and back in that time of simulation; or read:REFERENCE, an output read after each
+   step of mode steps. The host looks into instances, by the shim's own header, to call the kernels without the interface of FMI. */
 #define _GNU_SOURCE
 #include <dlfcn.h>
 #include <math.h>
@@ -12,9 +14,10 @@
 #include <string.h>
 #include <time.h>
 
+#include "fmi2.h"
 #include "instance.h"
 
-enum { SET = 20, GET = 40, MOST_TEXTS = 16 };
+enum { SET = 20, GET = 40, MOST = 16 };
 #define FUNCTIONS(X)                                                                                                \
     X(fmi2Instantiate) X(fmi2FreeInstance) X(fmi2SetupExperiment) X(fmi2EnterInitializationMode)                     \
     X(fmi2ExitInitializationMode) X(fmi2SetString) X(fmi2SetReal) X(fmi2GetReal) X(fmi2DoStep)
@@ -27,14 +30,15 @@ static struct {
     unsigned first_input, last_input, first_output, last_output;
     double step;
     long count;
-    int n_texts;
-    unsigned references[MOST_TEXTS];
-    const char *texts[MOST_TEXTS];
+    int n_texts, n_reals, n_read, sweeps;
+    unsigned texts[MOST], reals[MOST], read[MOST], swept;
+    const char *text[MOST];
+    double real[MOST], low, high, period;
 } unit;
 
-static double now(void) {
+static double now(clockid_t clock) {
     struct timespec time;
-    clock_gettime(CLOCK_MONOTONIC, &time);
+    clock_gettime(clock, &time);
     return (double)time.tv_sec + 1e-9 * (double)time.tv_nsec;
 }
 
@@ -51,12 +55,22 @@ static void logger(void *environment, const char *name, fmi2Status status, const
 
 static const fmi2CallbackFunctions CALLBACKS = {logger, calloc, free, NULL, NULL};
 
+/* The swept input at a time, between low and high. */
+static void sweep(fmi2Component one, double time) {
+    if (!unit.sweeps) return;
+    const double part = fmod(time / unit.period, 1.0);
+    const double value = unit.low + (unit.high - unit.low) * (1.0 - fabs(1.0 - 2.0 * part));
+    demand(f.fmi2SetReal(one, &unit.swept, 1, &value) == fmi2OK, "setReal");
+}
+
 static fmi2Component fresh(void) {
     fmi2Component one = f.fmi2Instantiate("timed", fmi2CoSimulation, unit.guid, unit.resources, &CALLBACKS, 0, 0);
     demand(one != NULL, "instantiate");
     for (int k = 0; k < unit.n_texts; ++k) {
-        demand(f.fmi2SetString(one, unit.references + k, 1, unit.texts + k) == fmi2OK, "setString");
+        demand(f.fmi2SetString(one, unit.texts + k, 1, unit.text + k) == fmi2OK, "setString");
     }
+    demand(f.fmi2SetReal(one, unit.reals, (size_t)unit.n_reals, unit.real) == fmi2OK, "setReal");
+    sweep(one, 0.0);
     demand(f.fmi2SetupExperiment(one, 0, 0.0, 0.0, 0, 0.0) == fmi2OK, "setupExperiment");
     demand(f.fmi2EnterInitializationMode(one) == fmi2OK, "enterInitializationMode");
     demand(f.fmi2ExitInitializationMode(one) == fmi2OK, "exitInitializationMode");
@@ -99,20 +113,20 @@ static void time_calls(const struct ct_kernels *kernels) {
     double *times[KINDS];
     for (int k = 0; k < KINDS; ++k) times[k] = malloc((size_t)unit.count * sizeof **times);
     for (long k = 0; k < unit.count; ++k) {
-        double time = one->state[0], began = now();
+        double time = one->state[0], began = now(CLOCK_MONOTONIC);
         demand(kernels->advance(one->model.run, time + unit.step) == 0, "the kernel");
-        times[KERNEL][k] = now() - began;
+        times[KERNEL][k] = now(CLOCK_MONOTONIC) - began;
         time = one->state[0];
-        began = now();
+        began = now(CLOCK_MONOTONIC);
         f.fmi2SetReal(one, set, SET, inputs);
-        const double first = now();
+        const double first = now(CLOCK_MONOTONIC);
         demand(f.fmi2DoStep(one, time, unit.step, 1) == fmi2OK, "doStep");
-        const double second = now();
+        const double second = now(CLOCK_MONOTONIC);
         f.fmi2GetReal(one, get, GET, outputs);
-        const double end = now();
+        const double end = now(CLOCK_MONOTONIC);
         times[STEP][k] = second - first;
         times[AROUND][k] = first - began + end - second;
-        times[CLOCK][k] = now() - end;
+        times[CLOCK][k] = now(CLOCK_MONOTONIC) - end;
     }
     unsigned *all = malloc(n_outputs * sizeof *all);
     double *values = malloc(n_outputs * sizeof *values);
@@ -121,9 +135,9 @@ static void time_calls(const struct ct_kernels *kernels) {
     for (long k = 0; k < unit.count; ++k) {
         if (k % 10 == 0) steps(one, 1);
         f.fmi2GetReal(one, all, n_outputs, values);
-        const double began = now();
+        const double began = now(CLOCK_MONOTONIC);
         f.fmi2GetReal(one, all, n_outputs, values);
-        times[ALL][k] = now() - began;
+        times[ALL][k] = now(CLOCK_MONOTONIC) - began;
     }
     double medians[KINDS];
     for (int k = 0; k < KINDS; ++k) medians[k] = quantile(times[k], unit.count, 0.5);
@@ -149,40 +163,87 @@ static void time_threads(void) {
     steps(second, unit.count / 10);
     for (int k = 0; k < TIMES; ++k) {
         pthread_t thread;
-        double began = now();
+        double began = now(CLOCK_MONOTONIC);
         steps(first, unit.count);
-        one[k] = now() - began;
+        one[k] = now(CLOCK_MONOTONIC) - began;
         pthread_barrier_init(&barrier, NULL, 2);
         demand(pthread_create(&thread, NULL, run_thread, second) == 0, "a thread");
         pthread_barrier_wait(&barrier);
-        began = now();
+        began = now(CLOCK_MONOTONIC);
         steps(first, unit.count);
         pthread_join(thread, NULL);
-        two[k] = now() - began;
+        two[k] = now(CLOCK_MONOTONIC) - began;
         pthread_barrier_destroy(&barrier);
     }
     printf("{\"one\": %g, \"two\": %g}\n", quantile(one, TIMES, 0.5), quantile(two, TIMES, 0.5));
 }
 
-/* Wall time of steps over their length: mean, median, 99.99 %, largest; the first two hundred are left out. */
+static void print_spread(const char *name, double *values, long n) {
+    printf("\"%s\": {\"median\": %g, ", name, quantile(values, n, 0.5));
+    printf("\"of_a_hundred\": %g, ", quantile(values, n, 0.99));
+    printf("\"of_a_thousand\": %g, \"of_ten_thousand\": %g, ", quantile(values, n, 0.999), quantile(values, n, 0.9999));
+    printf("\"largest\": %g}", values[n - 1]);
+}
+
+/* Wall and processor time of steps over their length, and the outputs that are read: median, 99 %, 99.9 %,
+   99.99 %, largest;
+   the first two hundred are left out. */
 static void time_steps(void) {
+    enum { WALL, OWN, READ };
     fmi2Component one = fresh();
-    double *times = malloc((size_t)unit.count * sizeof *times), sum = 0.0;
+    double *values[READ + MOST], sum = 0.0, outputs[MOST];
+    for (int k = 0; k < READ + unit.n_read; ++k) values[k] = malloc((size_t)unit.count * sizeof **values);
     steps(one, 200);
     for (long k = 0; k < unit.count; ++k) {
-        const double began = now();
+        sweep(one, (double)k * unit.step);
+        const double began = now(CLOCK_MONOTONIC), spent = now(CLOCK_THREAD_CPUTIME_ID);
         steps(one, 1);
-        times[k] = (now() - began) / unit.step;
-        sum += times[k];
+        values[OWN][k] = (now(CLOCK_THREAD_CPUTIME_ID) - spent) / unit.step;
+        values[WALL][k] = (now(CLOCK_MONOTONIC) - began) / unit.step;
+        sum += values[WALL][k];
+        f.fmi2GetReal(one, unit.read, (size_t)unit.n_read, outputs);
+        for (int i = 0; i < unit.n_read; ++i) values[READ + i][k] = outputs[i];
     }
-    printf("{\"mean\": %g, \"median\": %g, ", sum / (double)unit.count, quantile(times, unit.count, 0.5));
-    printf("\"of_ten_thousand\": %g, \"largest\": %g}\n", quantile(times, unit.count, 0.9999), times[unit.count - 1]);
+    printf("{\"mean\": %g, ", sum / (double)unit.count);
+    print_spread("wall", values[WALL], unit.count);
+    printf(", ");
+    print_spread("processor", values[OWN], unit.count);
+    for (int i = 0; i < unit.n_read; ++i) {
+        char name[16];
+        sprintf(name, "%u", unit.read[i]);
+        printf(", ");
+        double all = 0.0;
+        for (long k = 0; k < unit.count; ++k) all += values[READ + i][k];
+        print_spread(name, values[READ + i], unit.count);
+        printf(", \"sum %u\": %g", unit.read[i], all);
+    }
+    printf("}\n");
     f.fmi2FreeInstance(one);
+}
+
+/* Take a setting, see the head of the file. */
+static void take(const char *setting) {
+    const char *value = strchr(setting, '=');
+    const unsigned reference = (unsigned)strtoul(strchr(setting, ':') + 1, NULL, 10);
+    if (strncmp(setting, "text:", 5) == 0 && unit.n_texts < MOST) {
+        unit.texts[unit.n_texts] = reference;
+        unit.text[unit.n_texts++] = value + 1;
+    } else if (strncmp(setting, "real:", 5) == 0 && unit.n_reals < MOST) {
+        unit.reals[unit.n_reals] = reference;
+        unit.real[unit.n_reals++] = strtod(value + 1, NULL);
+    } else if (strncmp(setting, "sweep:", 6) == 0) {
+        unit.swept = reference;
+        unit.sweeps = sscanf(value, "=%lf:%lf:%lf", &unit.low, &unit.high, &unit.period) == 3;
+    } else if (strncmp(setting, "read:", 5) == 0 && unit.n_read < MOST) {
+        unit.read[unit.n_read++] = reference;
+    } else {
+        demand(0, setting);
+    }
 }
 
 int main(int n, char **arguments) {
     demand(n >= 11, "reading of the arguments, see the head of the file,");
-    const double began = now();
+    const double began = now(CLOCK_MONOTONIC);
     void *library = dlopen(arguments[1], RTLD_NOW | RTLD_LOCAL);
     demand(library != NULL, "loading of the library");
     FUNCTIONS(LOAD)
@@ -194,15 +255,12 @@ int main(int n, char **arguments) {
     for (int k = 0; k < 4; ++k) *places[k] = (unsigned)strtoul(arguments[4 + k], NULL, 10);
     unit.step = strtod(arguments[9], NULL);
     unit.count = strtol(arguments[10], NULL, 10);
-    for (int k = 11; k < n && unit.n_texts < MOST_TEXTS; ++k, ++unit.n_texts) {
-        unit.references[unit.n_texts] = (unsigned)strtoul(arguments[k], NULL, 10);
-        unit.texts[unit.n_texts] = strchr(arguments[k], '=') + 1;
-    }
+    for (int k = 11; k < n; ++k) take(arguments[k]);
     const char *mode = arguments[8];
     if (strcmp(mode, "cold") == 0) {
         fmi2Component one = fresh();
         steps(one, 1);
-        printf("{\"seconds\": %g}\n", now() - began);
+        printf("{\"seconds\": %g}\n", now(CLOCK_MONOTONIC) - began);
         f.fmi2FreeInstance(one);
     }
     if (strcmp(mode, "calls") == 0) time_calls(table(0));

@@ -17,6 +17,7 @@ import shutil
 import subprocess
 import sys
 import tempfile
+from collections.abc import Sequence
 from pathlib import Path
 from statistics import median
 from typing import Any
@@ -62,13 +63,16 @@ class Timed:
             spans += [min(references), max(references)]
         self._command = [str(host), str(binary), about.guid, (folder / "resources").as_uri(), *map(str, spans)]
         self.megabytes = 1e-6 * path.stat().st_size
-        places = {v.name: v.valueReference for v in about.modelVariables}
-        self._texts = [f"{places[name]}={text}" for name, text in TEXTS.items() if name in places]
+        self.places = {v.name: v.valueReference for v in about.modelVariables}
 
-    def __call__(self, mode: str, step: float = DEGREE, count: int = STEPS) -> dict[str, float]:
-        """What the host prints."""
-        run = [*self._command, mode, repr(step), str(count), *self._texts]
-        found: dict[str, float] = json.loads(subprocess.run(run, check=True, stdout=subprocess.PIPE).stdout)
+    def __call__(
+        self, mode: str, step: float = DEGREE, count: int = STEPS, settings: Sequence[str] | None = None
+    ) -> dict[str, Any]:
+        """What the host prints; ``settings`` as at the head of its source, default those of TEXTS."""
+        if settings is None:
+            settings = [f"text:{self.places[name]}={text}" for name, text in TEXTS.items() if name in self.places]
+        run = [*self._command, mode, repr(step), str(count), *settings]
+        found: dict[str, Any] = json.loads(subprocess.run(run, check=True, stdout=subprocess.PIPE).stdout)
         return found
 
 

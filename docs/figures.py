@@ -750,7 +750,7 @@ def native_table(found: dict[str, Any]) -> str:
     python, rows = found.pop("python_fmu", None), []
     processors = found.pop("processors")
     for name, row in found.items():
-        steps = row["step_time_over_length"]["2.5 deg"]
+        steps = row["step_time_over_length"]["2.5 deg"]["wall"]
         rows.append(
             (
                 f"`{name}`", f"{row['kernel_us']:.1f} µs", f"{100.0 * (row['step_over_kernel'] - 1.0):.1f} %",

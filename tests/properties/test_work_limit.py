@@ -2,6 +2,7 @@
 
 import math
 import warnings
+from dataclasses import replace
 from functools import cache
 
 import entry
@@ -10,10 +11,11 @@ import pytest
 from bodies import rigid_crank, started
 
 from cranktrain.core.errors import InputError, SolverError
-from cranktrain.dynamics.simulation import Settings, simulate
+from cranktrain.dynamics.simulation import Settings, Simulation, simulate
 from cranktrain.dynamics.time.table import HEAD, STAGES
 from cranktrain.dynamics.time.work_limit import LAST_ITERATIONS
 from cranktrain.engine.file import load_engine
+from cranktrain.structure.assembly import assemble
 
 ENGINE = load_engine("diesel_i6")
 SPEED = 2000 * math.pi / 30
@@ -79,9 +81,48 @@ def test_adaptive_steps_are_not_shortened_beyond_it():
     assert own_work.max() < work.max() and column(limited, own, "solver.limited").sum() > 0
 
 
+@pytest.fixture(scope="module")
+def beam_six():
+    return assemble(ENGINE, Settings(crank="beam", bearings="impedance"))
+
+
+def paced(parts, rpm, limit=0.0):
+    """Half a second of the six with a beam crank in steps of a millisecond."""
+    settings = replace(parts.settings, work_limit=limit)
+    simulation = Simulation(parts.engine, parts.body, settings, parts=parts.parts)
+    simulation.inputs[0] = rpm * math.pi / 30
+    simulation.initialize()
+    rows, work = [], []
+    for k in range(500):
+        simulation.step((k + 1) * 1e-3)
+        rows.append(simulation.outputs.copy())
+        work.append(entry.count(simulation, "work"))
+    return simulation, np.array(rows), np.array(work)
+
+
+@pytest.mark.parametrize("rpm", [1700, 1900, 2275])
+def test_an_iteration_does_not_circle_where_a_journal_turns_round(beam_six, rpm):
+    """At rest a film's force has a kink, which full Newton steps cross to and fro: parts of steps were halved."""
+    simulation, rows, work = paced(beam_six, rpm)
+    assert entry.count(simulation, "rejected") == 0.0
+    assert np.array_equal(column(simulation, rows, "solver.iterations"), work)
+
+
+@pytest.mark.parametrize(
+    ("rpm", "part", "near"), [(1700, 0.5, 0.1), (2275, 0.5, 0.1), (1700, 0.99, 0.01), (2275, 0.99, 0.01)]
+)
+def test_a_run_in_real_time_goes_on_where_work_is_cut_short(beam_six, rpm, part, near):
+    """Of steps limited to the work of half of them, or of 99 %, none fails, and journals stay near, in clearances."""
+    free_one, rows, work = paced(beam_six, rpm)
+    limited, own, _ = paced(beam_six, rpm, float(np.quantile(work, part)))
+    assert column(limited, own, "solver.limited").sum() > 0
+    for name in (name for name in limited.output_names if name.endswith("eccentricity")):
+        assert np.abs(column(limited, own, name) - column(free_one, rows, name)).max() < near
+
+
 def test_a_step_without_a_result_within_the_limit_fails_and_leaves_the_state():
     simulation = begun(bearings="impedance", work_limit=1.0)
-    simulation.inputs[1] = 8e7  # nothing that two iterations find
+    simulation.inputs[1] = 8e9  # nothing that twelve iterations find
     simulation.inputs[2:7] = 1e5
     before = simulation.state
     with pytest.raises(SolverError, match=r"solver\.work_limit allows"):

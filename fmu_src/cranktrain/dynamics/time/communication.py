@@ -271,7 +271,6 @@ def advance(model, work, state, inputs, t_end):
         state[st.UNDER_WAY] = 0.0  # the owner altered the state, so a step under way may lie far in the past
     for i in range(st.BODY):
         work.backup[0, i] = state[i]
-    iterations = work.counters[at.N_ITERATIONS]
     solved = model.laws.solved[0]
     work.counters[at.WORST_RESIDUAL] = 0.0
     work.counters[at.N_WORK] = 0.0
@@ -304,7 +303,7 @@ def advance(model, work, state, inputs, t_end):
     state[st.TIME] = t_end
     follow_speed(model, state)
     state[st.SUBSTEPS] = taken
-    state[st.ITERATIONS] = work.counters[at.N_ITERATIONS] - iterations
+    state[st.ITERATIONS] = work.counters[at.N_WORK]
     if taken > 0:
         state[st.RESIDUAL] = work.counters[at.WORST_RESIDUAL]
     state[st.ONLINE_FILMS] = model.laws.solved[0] - solved

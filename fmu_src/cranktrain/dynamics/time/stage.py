@@ -32,7 +32,7 @@ from cranktrain.dynamics.motion.newton_matrix import factor_newton, solve_step
 from cranktrain.dynamics.motion.relative import move_axis, reactions, relative_compliance, relative_step
 from cranktrain.dynamics.motion.turned_pins import turn_pins, turned, turned_compliance, turned_step, turned_torque
 from cranktrain.dynamics.time.status import DIVERGED, FILM_FAILED, OK, SINGULAR
-from cranktrain.dynamics.time.work_limit import LAST_ITERATIONS, LOOSE, cut_short, spent
+from cranktrain.dynamics.time.work_limit import LAST_ITERATIONS, LOOSE, ROUGH, cut_short
 from cranktrain.dynamics.topology import slots as top
 from cranktrain.film.laws.films import FROZEN
 from cranktrain.loads.torsional_line import DAMPING
@@ -54,6 +54,10 @@ CYCLING, NOISE = 12, 1.0e-4
 """Iterations after which steps below NOISE, in clearances, count as converged. Film forces jump slightly when a node
 ruptures (films solved online) or at the edges of a table's pieces, so Newton's method can oscillate between two
 states."""
+WANDERING, STEADY = 3, 0.75
+"""After WANDERING iterations a Newton step that is not shorter than STEADY of the one before is halved, and after two
+of them each step above NOISE. Where a journal turns round, the film's force has a kink at rest: tangents on one side
+lead across it, and full steps go round in a circle."""
 ROTATION_SCALE = 1.0e-2
 STATIONARY_SCALE = 4.0e-3
 """Scales of the convergence test: a rotation of 0.01 rad or a block displacement of 4 mm counts like one clearance. The
@@ -161,6 +165,8 @@ def iterate(model, work, state, stage):
     contraction = min(MOST_CONTRACTION, 2.0 * state[CONTRACTION])
     measured = False
     previous = -1.0
+    last = 0.0
+    turns = 0
     iterations = 0
     converged = False
     follows = model.choices[at.ENCODER] != at.PIN and work.frames[stage.number, at.BURN] >= 0.0
@@ -171,8 +177,6 @@ def iterate(model, work, state, stage):
         if follows and iterations > 0:
             follow_encoder(model, work, stage)
         keep_matrix = 0.0 <= previous <= NEAR and contraction <= STALE
-        if iterations > 0 and spent(model, work):
-            keep_matrix = True
         iterations += 1
         work.counters[at.N_WORK] += 1.0
         status = newton_step(model, work, stage, keep_matrix)
@@ -181,6 +185,12 @@ def iterate(model, work, state, stage):
         size, limit = step_size(model, work, work.port[at.U_STEP])
         if not size < UNBOUNDED:
             return DIVERGED
+        near = limit == 1.0
+        if iterations > WANDERING and near and size > STEADY * last > 0.0:
+            turns += 1
+        if size > NOISE and turns > 0 and (turns > 1 or size > STEADY * last):
+            limit *= 0.5
+        last = size if near else 0.0
         size = max(size, take_step(model, work, stage, limit))
         if previous > 0.0 and limit == 1.0:
             contraction = min(0.9, size / previous)
@@ -195,9 +205,11 @@ def iterate(model, work, state, stage):
             error <= stage.tolerance or size < ROUNDING or (iterations >= CYCLING and size <= NOISE)
         )
         if not converged and cut_short(model, work):
-            converged = limit == 1.0 and error <= LOOSE
+            converged = near and error <= LOOSE and size <= ROUGH
             if not converged and iterations >= LAST_ITERATIONS:
-                return DIVERGED
+                if not near:
+                    return DIVERGED
+                converged = True
     if not measured:
         state[CONTRACTION] = min(MOST_CONTRACTION, FADING * state[CONTRACTION])
     work.counters[at.N_ITERATIONS] += iterations

@@ -4,18 +4,21 @@ Work is counted in Newton iterations: each evaluates every force law once, which
 the limit the results are identical to those without it. Above, the step is finished with less accuracy:
 
 * sub-steps are no longer halved for films that close, events or an error too large;
-* a stage makes its Newton matrix once, and takes at most LAST_ITERATIONS;
-* a stage ends if its estimated error is below LOOSE, in clearances, or below its own tolerance.
+* a stage ends if its estimated error is below LOOSE and its last Newton step below ROUGH, in clearances, or at its own
+  tolerance;
+* after LAST_ITERATIONS it ends with its linearised forces, which are in balance, if they lead no journal further than
+  one iteration may (JOURNAL_STEP of the stage solver).
 
-A stage that does not reach this error fails, and the communication step fails with it at once. So no step takes more
-iterations than the limit plus LAST_ITERATIONS for each stage that is not solved when the limit is reached.
+Else the stage fails, and the communication step fails with it at once. So no step takes more iterations than the limit
+plus LAST_ITERATIONS for each stage that is not solved when the limit is reached. With fewer, journals that turn round
+are thrown by stages that end too early, and after some steps a film is lost (docs/decisions/0025-native-fmu.md).
 """
 
 from cranktrain.core.kernel import inlined_kernel
 from cranktrain.dynamics.model import slots as at
 
-LAST_ITERATIONS = 2
-LOOSE = 1.0e-3
+LAST_ITERATIONS = 12
+LOOSE, ROUGH = 1.0e-3, 1.0e-2
 
 
 @inlined_kernel
