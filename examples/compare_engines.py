@@ -1,4 +1,4 @@
-"""Numerical differences of run-ups of all shipped engines: the usual step against a third of it, and another integrator.
+"""Numerical differences of run-ups of all shipped engines: usual step against a fine one, and another integrator.
 
 python examples/compare_engines.py [ENGINE ...]
 

@@ -28,8 +28,8 @@ which always counts as A. Differences are B less A, relative:
 
 {chr(10).join(f"{name:<12}{text}" for name, text in QUANTITIES.items())}
 
---json prints {{"passed", "a", "b", "tolerances", "differences": [{{"quantity", "output", "unit", "a", "b", "difference",
-"order", "speed_rpm", "rms", "phase_deg", "tolerance", "passed"}}], "settings": [{{"name", "a", "b"}}],
+--json prints {{"passed", "a", "b", "tolerances", "differences": [{{"quantity", "output", "unit", "a", "b",
+"difference", "order", "speed_rpm", "rms", "phase_deg", "tolerance", "passed"}}], "settings": [{{"name", "a", "b"}}],
 "left_out"}}.
 Exit code 0: all differences are within their tolerances, 1: some are not, 2: the files cannot be compared.
 """

@@ -105,11 +105,11 @@ def compared(sides: Mapping[str, Compared], outputs: Sequence[str], tolerances: 
         check_overlaid({first: a, second: b}, ())
         if isinstance(a, RunUp) and isinstance(b, RunUp):
             a, b = with_twist(a), with_twist(b)
-            differences = _of_run_ups(first, a, second, b)
-            known = [set(one.amplitudes) for one in (a, b)]
+            differences = _of_run_ups({first: a, second: b}, outputs)
+            known = [{*one.amplitudes, *one.extremes} for one in (a, b)]
         else:
             a, b = _uncoupled(a), _uncoupled(b)
-            differences, left_out, known = _of_runs(a, b)
+            differences, left_out, known = _of_runs(a, b, outputs)
     for name in outputs:
         for path, own in zip(ordered, known, strict=True):
             if name not in own:
@@ -135,9 +135,9 @@ def _uncoupled(run: Any) -> TimeSeries:
     return run if outputs.keys() == run.outputs.keys() else LoadedRun(run.time, run.angle, outputs, run.attributes)
 
 
-def _of_runs(a: TimeSeries, b: TimeSeries) -> tuple[list[rows.Row], list[str], list[set[str]]]:
+def _of_runs(a: TimeSeries, b: TimeSeries, outputs: Sequence[str]) -> tuple[list[rows.Row], list[str], list[set[str]]]:
     """Differences of two runs, outputs that are left out because they grow, and the outputs of each run."""
-    (own, grow), (others, grow_too) = rows.cycles(a), rows.cycles(b)
+    (own, grow), (others, grow_too) = rows.cycles(a, outputs), rows.cycles(b, outputs)
     noise = rows.noise_of(own, others)
     speed = rows.mean_speed(a)
     differences = [
@@ -147,24 +147,23 @@ def _of_runs(a: TimeSeries, b: TimeSeries) -> tuple[list[rows.Row], list[str], l
     return differences, sorted({*grow, *grow_too}), [set(own), set(others)]
 
 
-def _of_run_ups(first: str, a: RunUp, second: str, b: RunUp) -> list[rows.Row]:
+def _of_run_ups(run_ups: Mapping[str, RunUp], outputs: Sequence[str]) -> list[rows.Row]:
     """Differences of two run-ups in the range of speeds that they share."""
+    a, b = run_ups.values()
     x, y = on_common_speeds(a, b)
     if not x.speeds.size:
-        ends = (
-            f"{path} is from {one.speeds_rpm[0]:.6g} to {one.speeds_rpm[-1]:.6g}"
-            for path, one in ((first, a), (second, b))
-        )
+        ends = (f"{path} is from {one.speeds_rpm[0]:.6g} to {one.speeds_rpm[-1]:.6g}" for path, one in run_ups.items())
         raise InputError(f"{', '.join(ends)} rev/min, without a speed in common; name run-ups whose speeds overlap")
     noise = rows.noise_of(a.amplitudes, b.amplitudes, a.extremes, b.extremes)
     low, high = float(x.speeds[0]), float(x.speeds[-1])
     a, b = (at_speeds(one, one.speeds[(one.speeds >= low) & (one.speeds <= high)]) for one in (a, b))
+    extremes = {name: values for name, values in x.extremes.items() if rows.is_compared(name, outputs)}
     missing = np.flatnonzero(x.with_result != y.with_result)
     counts = int(x.with_result.sum()), int(y.with_result.sum())
     more = {"speed_rpm": float(x.speeds_rpm[missing[0]])} if missing.size else {}
     lost = rows.row("speeds", "", counts, missing.size / x.speeds.size, **more)
     return [
-        lost, *rows.output_rows(x.extremes, y.extremes, noise), *rows.order_rows(x, y, noise),
+        lost, *rows.output_rows(extremes, y.extremes, noise), *rows.order_rows(x, y, noise),
         *rows.peak_rows(a, b, noise),
     ]  # fmt: skip
 
@@ -175,7 +174,7 @@ def _beside_measured(
     """Measured orders, a result as a run-up, and the outputs of both; ``InputError`` if they share no speed."""
     if isinstance(result, TimeSeries):
         speed = rows.mean_speed(result)
-        result = rows.at_one_speed(speed, rows.cycles(result)[0])
+        result = rows.at_one_speed(speed, rows.cycles(_uncoupled(result), ())[0])
         check_speeds_measured(measured, speed / NEAR, speed * NEAR, name)
         measured = _at_speed(measured, speed)
     else:

@@ -6,14 +6,14 @@ which nothing acts, therefore has no large relative difference.
 """
 
 import math
-import re
-from collections.abc import Iterable, Iterator, Mapping, Sequence
+from collections.abc import Container, Iterable, Iterator, Mapping, Sequence
 from typing import Any
 
 import numpy as np
 
 from cranktrain.core.types import Array
 from cranktrain.core.units import RPM
+from cranktrain.dynamics.outputs.register import FAMILIES, output_family
 from cranktrain.results.files import output_unit
 from cranktrain.results.orders.harmonics import CYCLE, last_cycle, order_amplitudes
 from cranktrain.results.orders.resonances import COUNTS, NEAR, Peak, peaks
@@ -26,8 +26,6 @@ NOISE = 1.0e-6
 """Least scale of a difference, as a fraction of the largest value of all outputs with the same unit."""
 GROWS = 0.5
 """Change over a cycle, as a fraction of the range, from which an output grows from cycle to cycle."""
-UNCOMPARED = re.compile(r"(^|/)(solver\..*|gas\.work|damper\.twist)$|\.(angle[a-z_]*|slip)$")
-"""Outputs that are not compared: work of the solver, angles, over which all others go, and sums over cycles."""
 Row = dict[str, Any]
 Pair = tuple[Peak | None, Peak | None]
 
@@ -40,14 +38,23 @@ def row(quantity: str, output: str, pair: tuple[float, float], difference: float
     return found | {"difference": difference} | blank | more
 
 
-def cycles(run: TimeSeries) -> tuple[dict[str, Array], list[str]]:
+def is_compared(name: str, outputs: Container[str]) -> bool:
+    """True for an output that is among ``outputs``, or by which settling is judged.
+
+    Left out are angles, over which all others go, sums over cycles, work of the solver, and parts of other outputs.
+    """
+    unjudged = {f"{family.name}.{own}".lstrip(".") for family in FAMILIES.values() for own in family.unjudged}
+    return name in outputs or output_family(name) not in unjudged
+
+
+def cycles(run: TimeSeries, outputs: Container[str]) -> tuple[dict[str, Array], list[str]]:
     """Last cycle of each output, (1440,) from firing dead centre of cylinder 1 on, and outputs that grow over a cycle.
 
-    An output with a sample that is not finite has a cycle of NaN.
+    An output with a sample that is not finite has a cycle of NaN. ``outputs`` are further compared outputs.
     """
     found, grow = {}, []
     for name, values in run.outputs.items():
-        if np.shape(values) != np.shape(run.angle) or UNCOMPARED.search(name):
+        if np.shape(values) != np.shape(run.angle) or not is_compared(name, outputs):
             continue
         samples = np.asarray(values, dtype=float)
         if not np.isfinite(samples).all():
@@ -90,7 +97,7 @@ def noise_of(*sides: Mapping[str, Any]) -> dict[str, float]:
 
 def output_rows(a: Mapping[str, Array], b: Mapping[str, Array], noise: Mapping[str, float]) -> Iterator[Row]:
     """Two rows for each output: its course without mean, over the range in A, and its mean, over the largest value."""
-    for name in (name for name in a if name in b and not UNCOMPARED.search(name)):
+    for name in (name for name in a if name in b):
         x, y = (np.ravel(side[name]) for side in (a, b))
         if (np.isfinite(x) != np.isfinite(y)).any():
             yield row("output", name, (float(np.ptp(x)), float(np.ptp(y))), math.nan)
