@@ -205,12 +205,12 @@ def _settings(a: Compared, b: Compared) -> list[dict[str, Any]]:
     return [{"name": name, "a": own, "b": other} for name, own, other in pairs if own != other]
 
 
-def _excess(one: Mapping[str, Any]) -> float:
-    """Difference of a row in tolerances; infinite for one that is not a number."""
+def _excess(one: Mapping[str, Any]) -> tuple[float, float]:
+    """Difference of a row in tolerances, then itself; infinite for one that is not a number."""
     size, tolerance = abs(one["difference"]), one["tolerance"]
-    if tolerance == math.inf or size == 0.0:
-        return 0.0
-    return math.inf if math.isnan(size) or tolerance == 0.0 else float(size / tolerance)
+    if math.isnan(size):
+        return math.inf, math.inf
+    return (math.inf if size > 0.0 and tolerance == 0.0 else size / (tolerance or 1.0)), size
 
 
 def _texts(one: Mapping[str, Any]) -> tuple[str, ...]:
