@@ -12,12 +12,11 @@ from cranktrain.core.errors import InputError
 from cranktrain.core.units import RPM
 from cranktrain.dynamics.outputs.register import nearest_output
 from cranktrain.results.figures import HIGHEST, save_figure
-from cranktrain.results.files import output_unit
 from cranktrain.results.orders.harmonics import last_cycle, order_spectrum
 from cranktrain.results.orders.resonances import peaks
 from cranktrain.results.plots import GREY, largest
 from cranktrain.results.run_up.common_speeds import on_common_speeds
-from cranktrain.results.run_up.plot_data import ALONG, BROADEST, TORSIONAL, TWISTING, Quantity, figure_of
+from cranktrain.results.run_up.plot_data import BROADEST, figure_of, quantity_of
 from cranktrain.results.run_up.plots import DECADES, ORDER_COLOURS
 from cranktrain.results.run_up.run_up import RunUp
 from cranktrain.results.views.time_series import TimeSeries
@@ -35,8 +34,6 @@ TOLD = (
 )  # fmt: skip
 """Attributes that distinguish results in a legend, in this order."""
 STYLES = ("-", "--", "-.", ":", (0, (6, 1, 1, 1, 1, 1)), (0, (1, 2)))
-QUANTITIES = {one.output: one for one in (TORSIONAL, TWISTING, ALONG)}
-"""Predefined quantities by output."""
 
 
 def legend_names(results: Mapping[str, TimeSeries | RunUp]) -> list[str]:
@@ -95,7 +92,7 @@ def cycle_overlay(runs: Mapping[str, TimeSeries], output: str) -> Any:
 
     Between both is the difference of two runs, the second less the first.
     """
-    shown = other_quantity(output)
+    shown = quantity_of(output)
     two = len(runs) == 2
     figure = figure_of(9.5, 9.2 if two else 7.2)
     above, *middle, below = figure.subplots(2 + two, 1)
@@ -131,7 +128,7 @@ def order_overlay(
 
     A dotted line is the difference of two run-ups, its phase included.
     """
-    quantity = QUANTITIES.get(output) or other_quantity(output)
+    quantity = quantity_of(output)
     quantity = quantity.peak_to_peak if peak_to_peak else quantity
     shown = sorted(orders) or _strongest(run_ups, output)
     figure = figure_of(10.5, 1.6 + 2.6 * len(shown))
@@ -182,13 +179,6 @@ def save_overlays(
 def file_name(output: str) -> str:
     """File name of the picture of an output."""
     return f"overlay_{re.sub('[^0-9a-z]+', '_', output.lower()).strip('_')}.png"
-
-
-def other_quantity(output: str) -> Quantity:
-    """Name, unit and factor for pictures of an output that has no predefined :class:`Quantity`."""
-    unit = output_unit(output)
-    scale, unit = (180.0 / math.pi, "deg") if unit == "rad" else (1.0, unit or "1")
-    return Quantity(output, f"{output}, zero to peak", unit, scale, "")
 
 
 def _strongest(run_ups: Mapping[str, RunUp], output: str) -> list[float]:

@@ -14,11 +14,11 @@ from cranktrain.results.compared import rows
 from cranktrain.results.figures import save_figure
 from cranktrain.results.orders.deviations import check_speeds_measured, deviations
 from cranktrain.results.orders.measured import MeasuredOrders
-from cranktrain.results.overlays import QUANTITIES, check_overlaid, cycle_overlay, order_overlay, other_quantity
+from cranktrain.results.overlays import check_overlaid, cycle_overlay, order_overlay
 from cranktrain.results.run_up.common_speeds import at_speeds, on_common_speeds
 from cranktrain.results.run_up.figures import order_figure
 from cranktrain.results.run_up.peak_figures import harmonic_figure
-from cranktrain.results.run_up.plot_data import Beside
+from cranktrain.results.run_up.plot_data import Beside, quantity_of
 from cranktrain.results.run_up.run_up import TORSION, RunUp, with_twist
 from cranktrain.results.tables import Table
 from cranktrain.results.views.found import VerbResult
@@ -64,7 +64,7 @@ class Comparison(VerbResult):
         output = output or str(max(own, key=_excess, default={"output": TORSION})["output"])
         if isinstance(a, MeasuredOrders):
             quantity, beside = (
-                QUANTITIES.get(output) or other_quantity(output),
+                quantity_of(output),
                 Beside(measured=a, orders=tuple(a[output])),
             )
             figure = (order_figure if b.speeds.size > 1 else harmonic_figure)(b, quantity, beside, name)
