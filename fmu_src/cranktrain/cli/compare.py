@@ -98,10 +98,10 @@ def _read(side: str | Path | TimeSeries | RunUp) -> Compared:
 
 
 def show(found: Comparison) -> None:
-    """Print settings that differ, the largest differences, and the verdict."""
+    """Print settings that both have and that differ, the largest differences, and the verdict."""
     from cranktrain.results.overlays import setting_text
 
-    for one in found["settings"]:
+    for one in (one for one in found["settings"] if None not in one.values()):
         a, b = (setting_text(one["name"], one[side])[:24] for side in "ab")
         print(f"{one['name'].replace('_', ' ')}: {a} | {b}")
     console.show(found.table())
