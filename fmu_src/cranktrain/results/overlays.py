@@ -43,11 +43,11 @@ def legend_names(results: Mapping[str, TimeSeries | RunUp]) -> list[str]:
     parts = [[name] for name in engines]
     if all(isinstance(one, TimeSeries) for one in found):
         speeds = [float(one.attributes.get("speed", math.nan)) / RPM for one in found]
-        if len({round(rpm, 3) for rpm in speeds}) > 1:
+        if len({round(rpm, 3) for rpm in speeds}) > 1 and not math.isnan(sum(speeds)):
             _add(parts, [f"{rpm:.5g} rev/min" for rpm in speeds])
     for key in TOLD:
         values = [one.attributes.get(key) for one in found]
-        if len(set(values)) > 1:
+        if len(set(values)) > 1 and None not in values:  # a coupled run does not know its levels
             _add(parts, [f"{key.replace('_', ' ')} {setting_text(key, value)}" for value in values])
     names = [", ".join(part) for part in parts]
     if len(set(names)) < len(names):
@@ -64,8 +64,6 @@ def _add(parts: Sequence[list[str]], texts: Sequence[str]) -> None:
 
 def setting_text(key: str, value: Any) -> str:
     """Text of a result's setting; an internal step in degrees, a speed in rev/min."""
-    if value is None:
-        return "none"
     if key == "step":
         return f"{math.degrees(value):.4g} deg"
     if key == "speed":
