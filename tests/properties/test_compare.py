@@ -253,6 +253,7 @@ def test_what_cannot_be_compared_is_refused_in_one_line():
         ((run(), other), {}, "have no output in common"),
         ((run(), run()), {"outputs": "pulley.torsoin"}, "did you mean 'pulley.torsion'"),
         ((run(), 5), {}, "b is 5, of type int"),
+        ((run(), run(turns=1)), {}, "B: last cycle: the run covers 360.0 of 720 deg"),
     ):
         with pytest.raises(InputError, match=said):
             ct.compare(*pair, **options)

@@ -8,6 +8,7 @@ from typing import Any
 import numpy as np
 
 from cranktrain.core.errors import InputError
+from cranktrain.core.types import Array
 from cranktrain.dynamics.outputs.register import nearest_output
 from cranktrain.results.columns import NOTHING, cell
 from cranktrain.results.compared import rows
@@ -109,7 +110,7 @@ def compared(sides: Mapping[str, Compared], outputs: Sequence[str], tolerances: 
             known = [{*one.amplitudes, *one.extremes} for one in (a, b)]
         else:
             a, b = _uncoupled(a), _uncoupled(b)
-            differences, left_out, known = _of_runs(a, b, outputs)
+            differences, left_out, known = _of_runs({first: a, second: b}, outputs)
     for name in outputs:
         for path, own in zip(ordered, known, strict=True):
             if name not in own:
@@ -135,11 +136,21 @@ def _uncoupled(run: Any) -> TimeSeries:
     return run if outputs.keys() == run.outputs.keys() else LoadedRun(run.time, run.angle, outputs, run.attributes)
 
 
-def _of_runs(a: TimeSeries, b: TimeSeries, outputs: Sequence[str]) -> tuple[list[rows.Row], list[str], list[set[str]]]:
+def _cycles(path: str, run: Any, outputs: Sequence[str]) -> tuple[dict[str, Array], list[str]]:
+    """Last cycles of a run, and outputs that grow; ``InputError`` with the run's name if it has no whole cycle."""
+    try:
+        return rows.cycles(run, outputs)
+    except InputError as error:
+        raise InputError(f"{path}: {error}") from None
+
+
+def _of_runs(
+    runs: Mapping[str, TimeSeries], outputs: Sequence[str]
+) -> tuple[list[rows.Row], list[str], list[set[str]]]:  # fmt: skip
     """Differences of two runs, outputs that are left out because they grow, and the outputs of each run."""
-    (own, grow), (others, grow_too) = rows.cycles(a, outputs), rows.cycles(b, outputs)
+    (own, grow), (others, grow_too) = (_cycles(path, run, outputs) for path, run in runs.items())
     noise = rows.noise_of(own, others)
-    speed = rows.mean_speed(a)
+    speed = rows.mean_speed(next(iter(runs.values())))
     differences = [
         *rows.output_rows(own, others, noise),
         *rows.order_rows(rows.at_one_speed(speed, own), rows.at_one_speed(speed, others), noise),
@@ -173,8 +184,9 @@ def _beside_measured(
 ) -> tuple[MeasuredOrders, RunUp, list[set[str]]]:
     """Measured orders, a result as a run-up, and the outputs of both; ``InputError`` if they share no speed."""
     if isinstance(result, TimeSeries):
+        cycles, _ = _cycles(name, _uncoupled(result), ())
         speed = rows.mean_speed(result)
-        result = rows.at_one_speed(speed, rows.cycles(_uncoupled(result), ())[0])
+        result = rows.at_one_speed(speed, cycles)
         check_speeds_measured(measured, speed / NEAR, speed * NEAR, name)
         measured = _at_speed(measured, speed)
     else:
