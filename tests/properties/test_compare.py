@@ -273,7 +273,7 @@ def test_the_command_lists_settings_draws_and_ends_with_the_verdict(tmp_path, ca
     assert main(["compare", up[0], str(tmp_path / "none.h5")]) == 2
 
 
-@pytest.mark.parametrize("name", ["single_petrol", "v6_split", "diesel_i6"])
+@pytest.mark.parametrize("name", ct.engines())
 def test_steps_of_an_engine_differ_by_less_than_the_usual_tolerance(name):
     """Of pulley, flywheel, shaft and a big end."""
     speed = 0.7 * ct.load_engine(name).speeds[1] / RPM

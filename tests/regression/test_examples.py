@@ -266,8 +266,8 @@ def test_bench_samples(tmp_path):
 
 
 @pytest.mark.slow
-def test_compare_engines():
-    """Orders within 3 %, speeds within 0.6 %, heights within 5 % of a fine step; another integrator within 1 %."""
-    for name, values in example("compare_engines").differences(ct.engines()):
-        step, other = np.nan_to_num(np.reshape(values, (2, 4)))[:, :3]
-        assert np.all(step < (3.0, 0.6, 5.0)) and np.all(other < 1.0), name
+@pytest.mark.parametrize("name", ["single_petrol", "two_stroke_six"])
+def test_compare_engines(name):
+    """Orders within 0.1 %, speeds and heights within 0.2 % of a fine step and of another integrator."""
+    ((_, values),) = example("compare_engines").differences([name])
+    assert np.all(np.reshape(values, (2, 4))[:, :3] < (0.1, 0.2, 0.2))
