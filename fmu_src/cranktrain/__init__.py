@@ -20,6 +20,7 @@ if TYPE_CHECKING:  # typing takes longer to load than all else that the command 
 
 _VERBS = {
     "bearing_loads": ("bearing_loads", "BearingLoads"), "campbell": ("campbell", "CampbellDiagram"),
+    "compare": ("compare", "Compare"),
     "damper_optimum": ("damper", "DamperOptimum"), "export": ("export", "Export"), "fatigue": ("fatigue", "Fatigue"),
     "film_table": ("film_table", "FilmTable"), "modal": ("modal", "Modal"), "new_engine": ("new", "NewEngine"),
     "picture": ("picture", "Picture"), "plan": ("plan", ""), "plot": ("plot", "Plot"), "reduce": ("reduce", "Reduce"),

@@ -6,6 +6,8 @@ from cranktrain.cli.bearing_loads import BearingLoads as BearingLoads
 from cranktrain.cli.bearing_loads import bearing_loads as bearing_loads
 from cranktrain.cli.campbell import CampbellDiagram as CampbellDiagram
 from cranktrain.cli.campbell import campbell as campbell
+from cranktrain.cli.compare import Compare as Compare
+from cranktrain.cli.compare import compare as compare
 from cranktrain.cli.damper import DamperOptimum as DamperOptimum
 from cranktrain.cli.damper import damper_optimum as damper_optimum
 from cranktrain.cli.export import Export as Export

@@ -46,9 +46,9 @@ def test_a_legend_names_engines_and_what_differs_and_files_where_nothing_does():
 
 def test_cycles_and_orders_of_runs_are_those_of_their_files_in_degrees():
     figure = cycle_overlay({"a.h5": run(), "b.h5": run(rpm=4000.0, size=0.02)}, TORSION)
-    above, below = figure.axes
-    heights = [np.ptp(line.get_ydata()) for line in above.lines]
-    np.testing.assert_allclose(heights, np.degrees([0.02, 0.04]), rtol=1e-4)
+    above, apart, below = figure.axes
+    heights = [np.ptp(line.get_ydata()) for line in (*above.lines, *apart.lines)]
+    np.testing.assert_allclose(heights, np.degrees([0.02, 0.04, 0.02]), rtol=1e-4)
     strongest = [max(bars, key=lambda bar: bar.get_height()) for bars in below.containers]
     np.testing.assert_allclose([bar.get_height() for bar in strongest], np.degrees([0.01, 0.02]), rtol=1e-4)
     assert all(abs(bar.get_x() + 0.5 * bar.get_width() - 2.0) < 0.25 for bar in strongest)
@@ -60,7 +60,9 @@ def test_run_ups_have_a_panel_for_each_resonant_order_and_a_curve_for_each_file(
     assert [ax.get_title(loc="left") for ax in figure.axes] == ["order 0.5", "order 3", "order 6", "order 9"]
     for ax, order in zip(figure.axes[1:], (3.0, 6.0, 9.0), strict=True):
         assert ax.get_yscale() == "log"
-        for line, hz in zip(ax.lines, (238.0, 280.0), strict=True):
+        *curves, apart = ax.lines
+        assert apart.get_label() == "difference"
+        for line, hz in zip(curves, (238.0, 280.0), strict=True):
             peak = line.get_xdata()[np.argmax(line.get_ydata())]
             assert peak == pytest.approx(60.0 * hz / order, abs=50.0)
     few = order_overlay(made, TORSION, [6.0], peak_to_peak=True).axes

@@ -263,3 +263,11 @@ def test_bench_samples(tmp_path):
     put_in = np.degrees(np.abs(answers.orders(answers.healthy, place)))
     back = [np.interp(speeds, read["speeds_rpm"], [row[k] for row in read["amplitudes"]]) for k in (0, 1)]
     np.testing.assert_allclose(np.array(back).T, put_in, rtol=0.02, atol=2e-3)  # 1.5e-3 is the reading's own error
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize("name", ["single_petrol", "two_stroke_six"])
+def test_compare_engines(name):
+    """Orders within 0.1 %, speeds and heights within 0.2 % of a fine step and of another integrator."""
+    ((_, values),) = example("compare_engines").differences([name])
+    assert np.all(np.reshape(values, (2, 4))[:, :3] < (0.1, 0.2, 0.2))

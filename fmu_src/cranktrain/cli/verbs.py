@@ -23,6 +23,8 @@ GROUPS = {
         "it belongs to.",
         "plot": "Pictures of a run-up: orders and twist over speed, named resonances, waterfall, colour map, "
         "Campbell diagram, motion.",
+        "compare": "Differences of a result from another or from measured orders, by cycle, orders and peaks, with "
+        "a verdict.",
         "picture": "The crankshaft in three dimensions, in a mode or as it runs: picture (PNG), animation (GIF, MP4) "
         "or page (HTML).",
         "damper-optimum": "Optimum damping of a torsional damper, for two masses or for a torsional mode of an engine.",
@@ -92,6 +94,7 @@ FUNCTIONS = {
     "campbell": "cranktrain.cli.campbell:campbell",
     "runup": "cranktrain.cli.runup:runup",
     "plot": "cranktrain.cli.plot:plot",
+    "compare": "cranktrain.cli.compare:compare",
     "export": "cranktrain.cli.export:export",
     "plan": "cranktrain.cli.plan:plan_or_run",
     "report": "cranktrain.cli.report:report",

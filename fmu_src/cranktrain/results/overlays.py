@@ -12,11 +12,11 @@ from cranktrain.core.errors import InputError
 from cranktrain.core.units import RPM
 from cranktrain.dynamics.outputs.register import nearest_output
 from cranktrain.results.figures import HIGHEST, save_figure
-from cranktrain.results.files import output_unit
-from cranktrain.results.orders.harmonics import order_spectrum
+from cranktrain.results.orders.harmonics import last_cycle, order_spectrum
 from cranktrain.results.orders.resonances import peaks
-from cranktrain.results.plots import largest
-from cranktrain.results.run_up.plot_data import ALONG, BROADEST, TORSIONAL, TWISTING, Quantity, figure_of
+from cranktrain.results.plots import GREY, largest
+from cranktrain.results.run_up.common_speeds import on_common_speeds
+from cranktrain.results.run_up.plot_data import BROADEST, figure_of, quantity_of
 from cranktrain.results.run_up.plots import DECADES, ORDER_COLOURS
 from cranktrain.results.run_up.run_up import RunUp
 from cranktrain.results.views.time_series import TimeSeries
@@ -34,7 +34,6 @@ TOLD = (
 )  # fmt: skip
 """Attributes that distinguish results in a legend, in this order."""
 STYLES = ("-", "--", "-.", ":", (0, (6, 1, 1, 1, 1, 1)), (0, (1, 2)))
-_QUANTITIES = {one.output: one for one in (TORSIONAL, TWISTING, ALONG)}
 
 
 def legend_names(results: Mapping[str, TimeSeries | RunUp]) -> list[str]:
@@ -44,12 +43,12 @@ def legend_names(results: Mapping[str, TimeSeries | RunUp]) -> list[str]:
     parts = [[name] for name in engines]
     if all(isinstance(one, TimeSeries) for one in found):
         speeds = [float(one.attributes.get("speed", math.nan)) / RPM for one in found]
-        if len({round(rpm, 3) for rpm in speeds}) > 1:
+        if len({round(rpm, 3) for rpm in speeds}) > 1 and not math.isnan(sum(speeds)):
             _add(parts, [f"{rpm:.5g} rev/min" for rpm in speeds])
     for key in TOLD:
         values = [one.attributes.get(key) for one in found]
-        if len(set(values)) > 1:
-            _add(parts, [f"{key.replace('_', ' ')} {_text(key, value)}" for value in values])
+        if len(set(values)) > 1 and None not in values:  # a coupled run does not know its levels
+            _add(parts, [f"{key.replace('_', ' ')} {setting_text(key, value)}" for value in values])
     names = [", ".join(part) for part in parts]
     if len(set(names)) < len(names):
         files = [Path(path).name for path in results]
@@ -63,11 +62,12 @@ def _add(parts: Sequence[list[str]], texts: Sequence[str]) -> None:
         part.append(text)
 
 
-def _text(key: str, value: Any) -> str:
-    if value is None:
-        return "none"
+def setting_text(key: str, value: Any) -> str:
+    """Text of a result's setting; an internal step in degrees, a speed in rev/min."""
     if key == "step":
         return f"{math.degrees(value):.4g} deg"
+    if key == "speed":
+        return f"{value / RPM:.5g} rev/min"
     return f"{value:.4g}" if isinstance(value, float) else str(value)
 
 
@@ -86,23 +86,32 @@ def check_overlaid(results: Mapping[str, TimeSeries | RunUp], outputs: Sequence[
 
 
 def cycle_overlay(runs: Mapping[str, TimeSeries], output: str) -> Any:
-    """Figure of an output over the last cycle of several runs, above its orders; rad shown in degrees."""
-    shown = _other(output)
-    figure = figure_of(9.5, 7.2)
-    above, below = figure.subplots(2, 1)
+    """Figure of an output over the last cycle of several runs, above its orders; rad shown in degrees.
+
+    Between both is the difference of two runs, the second less the first.
+    """
+    shown = quantity_of(output)
+    two = len(runs) == 2
+    figure = figure_of(9.5, 9.2 if two else 7.2)
+    above, *middle, below = figure.subplots(2 + two, 1)
     width = 0.42 / len(runs)
-    for k, (name, run) in enumerate(zip(legend_names(runs), runs.values(), strict=True)):
-        cycle = shown.scale * run._cycle(output)
-        angle = np.linspace(0.0, 720.0, cycle.size + 1)
+    cycles = [shown.scale * last_cycle(run.angle, np.asarray(run[output]), from_zero=True) for run in runs.values()]
+    angle = np.linspace(0.0, 720.0, cycles[0].size + 1)
+    for k, (name, cycle) in enumerate(zip(legend_names(runs), cycles, strict=True)):
         own = {"color": ORDER_COLOURS[k], "label": name}
         above.plot(angle, np.append(cycle, cycle[0]), lw=1.5, ls=STYLES[k], **own)
         orders, sizes = order_spectrum(cycle, HIGHEST)
         below.bar(np.asarray(orders) + (k - 0.5 * (len(runs) - 1)) * width, sizes, width=width, **own)
-    above.set(xlim=(0, 720), xticks=np.arange(0, 721, 120), xlabel="crank angle over the last cycle / deg")
-    above.set_ylabel(f"{output} / {shown.unit}")
+    for ax in middle:
+        apart = cycles[1] - cycles[0]
+        ax.plot(angle, np.append(apart, apart[0]), lw=1.2, color=GREY)
+        ax.set_ylabel(f"difference / {shown.unit}")
+    for ax in (above, *middle):
+        ax.set(xlim=(0, 720), xticks=np.arange(0, 721, 120), xlabel="crank angle over the last cycle / deg")
+    above.set_ylabel(shown.unit)
     below.set(xlim=(0, HIGHEST + 0.5), xticks=np.arange(0, HIGHEST + 0.1, 1.5))
-    below.set(xlabel="order / oscillations per revolution", ylabel=f"{shown.name} / {shown.unit}")
-    for ax in (above, below):
+    below.set(xlabel="order / oscillations per revolution", ylabel=f"zero to peak / {shown.unit}")
+    for ax in figure.axes:
         ax.grid(alpha=0.25)
     _legend(figure, above)
     figure.suptitle(f"{output} over the last cycle, and its orders", fontsize=12, parse_math=False)
@@ -113,13 +122,17 @@ def order_overlay(
     run_ups: Mapping[str, RunUp], output: str, orders: Sequence[float] = (), log: bool | None = None,
     peak_to_peak: bool = False,
 ) -> Any:  # fmt: skip
-    """Figure of an output's orders over speed, one panel each: the given orders, or the strongest of all run-ups."""
-    quantity = _QUANTITIES.get(output) or _other(output)
+    """Figure of an output's orders over speed, one panel each: the given orders, or the strongest of all run-ups.
+
+    A dotted line is the difference of two run-ups, its phase included.
+    """
+    quantity = quantity_of(output)
     quantity = quantity.peak_to_peak if peak_to_peak else quantity
     shown = sorted(orders) or _strongest(run_ups, output)
     figure = figure_of(10.5, 1.6 + 2.6 * len(shown))
     axes = figure.subplots(len(shown), 1, sharex=True, squeeze=False)[:, 0]
     names = legend_names(run_ups)
+    pair = on_common_speeds(*run_ups.values()) if len(run_ups) == 2 else ()
     for ax, order in zip(axes, shown, strict=True):
         top = 0.0
         for k, (name, run_up) in enumerate(zip(names, run_ups.values(), strict=True)):
@@ -128,6 +141,9 @@ def order_overlay(
             mark = "o" if run_up.speeds.size < FEW else None
             style = {"marker": mark, "ms": 4, "lw": 1.6, "ls": STYLES[k], "color": ORDER_COLOURS[k], "label": name}
             ax.plot(run_up.speeds_rpm, sizes, **style)
+        for a, b in [pair] if pair and pair[0].speeds.size else []:
+            apart = quantity.scale * np.abs(b.order(order, output) - a.order(order, output))
+            ax.plot(a.speeds_rpm, apart, lw=1.2, ls=":", color=GREY, label="difference")
         if log:
             ax.set_yscale("log")
             ax.set_ylim(10.0**-DECADES * (top or 1.0), 1.6 * (top or 1.0))
@@ -161,13 +177,6 @@ def save_overlays(
 def file_name(output: str) -> str:
     """File name of the picture of an output."""
     return f"overlay_{re.sub('[^0-9a-z]+', '_', output.lower()).strip('_')}.png"
-
-
-def _other(output: str) -> Quantity:
-    """Name, unit and factor for pictures of an output that has no predefined :class:`Quantity`."""
-    unit = output_unit(output)
-    scale, unit = (180.0 / math.pi, "deg") if unit == "rad" else (1.0, unit or "1")
-    return Quantity(output, f"{output}, zero to peak", unit, scale, "")
 
 
 def _strongest(run_ups: Mapping[str, RunUp], output: str) -> list[float]:

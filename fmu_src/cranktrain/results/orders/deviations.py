@@ -11,6 +11,7 @@ from cranktrain.core.units import RPM
 from cranktrain.results.columns import cell
 from cranktrain.results.orders.harmonics import ComplexArray
 from cranktrain.results.orders.measured import Measured, band_of, phases_of
+from cranktrain.results.orders.resonances import vertex
 from cranktrain.results.run_up.run_up import AXIAL, FLYWHEEL, TWIST, RunUp, with_twist
 from cranktrain.results.tables import Table
 
@@ -24,10 +25,11 @@ fraction."""
 def deviations(run_up: RunUp, measured: Measured) -> list[dict[str, Any]]:
     """Rows of deviations, one per measured order of the run-up, over the speeds of both run-up and measurement.
 
-    ``speed_percent`` and ``amplitude_percent`` are the relative deviations of the computed peak's speed and height from
-    the measured peak. ``rms_percent`` is the root mean square difference of the amplitudes over that of the measured
-    amplitudes. ``phase_deg`` is the mean difference of the phases, computed minus measured, weighted by the measured
-    amplitudes. Values are None if a curve has no peak or phases are not known.
+    ``speed_percent``, ``amplitude_percent`` and ``damping_percent`` are the relative deviations of the computed peak's
+    speed, height and damping ratio (by half-power points) from the measured peak. ``rms_percent`` is the root mean
+    square difference of the amplitudes over that of the measured amplitudes. ``phase_deg`` is the mean difference of
+    the phases, computed minus measured, weighted by the measured amplitudes. Values are None if a curve has no peak or
+    phases are not known.
     """
     rows = []
     run_up = with_twist(run_up)
@@ -47,17 +49,23 @@ def deviations(run_up: RunUp, measured: Measured) -> list[dict[str, Any]]:
             noise = 0.0 if band is None else 2.0 * float(np.nanmedian(band[inside]))
             peak, base = _peak(at, own, noise), _peak(run_up.speeds[keep], np.abs(computed)[keep])
             phases = phases_of(measured, output, order)
-            power = float(np.sqrt(np.mean(own**2)))
+            power, base_power, apart = (float(np.sqrt(np.mean(one**2))) for one in (own, there, there - own))
+            off = [_known(100.0 * (y / x - 1.0)) for x, y in zip(peak, base, strict=True)]
             rows.append(
                 {
                     "output": output,
                     "order": order,
                     "points": int(own.size),
-                    "measured_peak_rpm": None if peak is None else peak[0] / RPM,
-                    "computed_peak_rpm": None if base is None else base[0] / RPM,
-                    "speed_percent": None if peak is None or base is None else 100.0 * (base[0] / peak[0] - 1.0),
-                    "amplitude_percent": None if peak is None or base is None else 100.0 * (base[1] / peak[1] - 1.0),
-                    "rms_percent": 100.0 * float(np.sqrt(np.mean((there - own) ** 2))) / power if power > 0.0 else None,
+                    "measured_peak_rpm": _known(peak[0] / RPM),
+                    "computed_peak_rpm": _known(base[0] / RPM),
+                    **dict(zip(("speed_percent", "amplitude_percent", "damping_percent"), off, strict=True)),
+                    "measured_peak": _known(peak[1]),
+                    "computed_peak": _known(base[1]),
+                    "measured_damping": _known(peak[2]),
+                    "computed_damping": _known(base[2]),
+                    "measured_rms": power,
+                    "computed_rms": base_power,
+                    "rms_percent": 100.0 * apart / power if power > 0.0 else None,
                     "phase_deg": None if phases is None else _phase(run_up.speeds, computed, at, own, phases[inside]),
                 }
             )
@@ -96,13 +104,13 @@ def check_measured(run_up: RunUp, measured: Measured) -> None:
     check_speeds_measured(measured, float(run_up.speeds[0]), float(run_up.speeds[-1]))
 
 
-def check_speeds_measured(measured: Measured, first: float, last: float) -> None:
+def check_speeds_measured(measured: Measured, first: float, last: float, computed: str = "the run-up") -> None:
     """Refuse measured orders without a speed between ``first`` and ``last``, rad/s; ``InputError`` with both ranges."""
     spans = [(speeds[0], speeds[-1]) for by_order in measured.values() for speeds, _ in by_order.values()]
     low, high = min(one[0] for one in spans), max(one[1] for one in spans)
     if high < first or low > last:
         raise InputError(
-            f"measured orders are from {low / RPM:.0f} to {high / RPM:.0f} rev/min, the run-up from "
+            f"measured orders are from {low / RPM:.0f} to {high / RPM:.0f} rev/min, {computed} from "
             f"{first / RPM:.0f} to {last / RPM:.0f} rev/min; they have no speed in common"
         )
 
@@ -124,22 +132,21 @@ def deviation_table(rows: list[dict[str, Any]]) -> Table:
     return Table("Computed against measured orders", header, tuple(texts))
 
 
-def _peak(speeds: Array, sizes: Array, noise: float = 0.0) -> tuple[float, float] | None:
-    """Speed and height of a curve's peak, from the parabola through three points.
+def _peak(speeds: Array, sizes: Array, noise: float = 0.0) -> tuple[float, float, float]:
+    """Speed (rad/s), height and damping ratio of a curve's peak; NaN if it has none.
 
-    None for a peak at an end, or a peak that exceeds the lower quartile of the curve by less than ``noise``.
+    A peak at an end, or one that exceeds the lower quartile of the curve by less than ``noise``, is none.
     """
-    if speeds.size < 3:
-        return None
     k = int(np.argmax(sizes))
-    if sizes[k] - float(np.quantile(sizes, 0.25)) < noise:
-        return None
-    if not 0 < k < speeds.size - 1 or speeds[k - 1] == speeds[k] or speeds[k] == speeds[k + 1]:
-        return None
-    a, b, c = np.polyfit(speeds[k - 1 : k + 2] - speeds[k], sizes[k - 1 : k + 2], 2)
-    if a >= 0.0:
-        return None
-    return float(speeds[k] - 0.5 * b / a), float(c - 0.25 * b * b / a)
+    inside = 0 < k < speeds.size - 1 and speeds[k - 1] < speeds[k] < speeds[k + 1]
+    if not inside or sizes[k] - float(np.quantile(sizes, 0.25)) < noise:
+        return math.nan, math.nan, math.nan
+    return vertex(speeds[k - 1 : k + 2], sizes[k - 1 : k + 2])
+
+
+def _known(value: float) -> float | None:
+    """The value; None for NaN."""
+    return None if math.isnan(value) else value
 
 
 def _phase(speeds: Array, computed: ComplexArray, at: Array, sizes: Array, phases: Array) -> float | None:

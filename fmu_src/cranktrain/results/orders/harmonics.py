@@ -71,7 +71,7 @@ def order_spectrum(signal: Array, highest: float | None = None) -> tuple[Array, 
     return orders[keep], np.abs(amplitudes[keep])
 
 
-def last_cycle(angle: Array, signal: Array, n: int = 1440) -> Array:
+def last_cycle(angle: Array, signal: Array, n: int = 1440, from_zero: bool = False) -> Array:
     """Resample the last 720° of a signal at uniform crank angles, by a cubic spline over the crank angle.
 
     Raises ``InputError``: if the run is shorter than a cycle by more than a quarter of its first sample, or the angle
@@ -82,10 +82,11 @@ def last_cycle(angle: Array, signal: Array, n: int = 1440) -> Array:
     angle : (k,) increasing crank angle, rad, not necessarily equidistant
     signal : (k,) values at these angles, any unit
     n : number of samples
+    from_zero : take the samples at the same crank angles for every run, from firing dead centre of cylinder 1 on
 
     Returns
     -------
-    (n,) samples at angle[-1] − 4π + 4π i/n
+    (n,) samples at angle[-1] − 4π + 4π i/n, or at crank angle 4π i/n modulo 4π
     """
     x, y = np.asarray(angle, dtype=float), np.asarray(signal, dtype=float)
     if x.shape != y.shape or x.ndim != 1 or x.size < 8:
@@ -99,4 +100,9 @@ def last_cycle(angle: Array, signal: Array, n: int = 1440) -> Array:
     first = max(int(np.searchsorted(x, start)) - 8, 0)  # some points before the cycle reduce end effects of the spline
     from scipy.interpolate import CubicSpline  # imported here because the import is slow
 
-    return np.asarray(CubicSpline(x[first:], y[first:])(start + np.arange(n) * (CYCLE / n)))
+    curve = CubicSpline(x[first:], y[first:])
+    if from_zero:
+        # Rounding of the last angle must not decide whether the cycle begins at this sample or at the next one.
+        begin = math.ceil(start * n / CYCLE - 1e-6)
+        return np.roll(curve((begin + np.arange(n)) * (CYCLE / n)), begin % n)
+    return np.asarray(curve(start + np.arange(n) * (CYCLE / n)))

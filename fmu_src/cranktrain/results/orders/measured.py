@@ -92,7 +92,7 @@ def phases_of(measured: Measured, output: str, order: float) -> Array | None:
     return None if found is None or not np.isfinite(found).any() else found
 
 
-def read_measured_orders(path: str | Path, kinds: Mapping[str, str] = OUTPUTS) -> Measured:
+def read_measured_orders(path: str | Path, kinds: Mapping[str, str] = OUTPUTS) -> MeasuredOrders:
     """Read measured orders from a file; ``InputError`` with file and line.
 
     ``kinds`` gives the output for each dimension of an amplitude.
@@ -150,7 +150,7 @@ def _is_column(word: str) -> bool:
     return bool(kind_of(named(word)[0], KINDS)) or name in OWN or any(name in known for known in FURTHER.values())
 
 
-def _of_curves(curves: Sequence[OrderCurve], name: str, kinds: Mapping[str, str]) -> Measured:
+def _of_curves(curves: Sequence[OrderCurve], name: str, kinds: Mapping[str, str]) -> MeasuredOrders:
     """Measured orders from ``curves``, each with the amplitudes of one order over speed."""
     points: dict[str, dict[float, list[tuple[float, float, float, float]]]] = {}
     for curve in curves:

@@ -90,7 +90,7 @@ def peaks(run_up: RunUp, output: str = TORSION) -> list[Peak]:
         for at in _maxima(sizes):
             if sizes[at] >= COUNTS * largest or rates[at, k] * sizes[at] >= COUNTS * fastest:
                 around = slice(at - 1, at + 2)
-                speed, amplitude, damping = _vertex(speeds[around], sizes[around])
+                speed, amplitude, damping = vertex(speeds[around], sizes[around])
                 periodic = bool(np.all((repeats[around] >= 1) | (cycles[around] == 0)))
                 found.append(Peak(order, speed, amplitude, damping, periodic))
     return sorted(found, key=lambda peak: -peak.amplitude)
@@ -123,11 +123,11 @@ def _maxima(sizes: Array) -> list[int]:
     return places
 
 
-def _vertex(speeds: Array, sizes: Array) -> tuple[float, float, float]:
+def vertex(speeds: Array, sizes: Array) -> tuple[float, float, float]:
     """Speed (rad/s), height and damping ratio of a peak from three points of a curve, the middle one the highest."""
     middle, scale = float(speeds[1]), float(sizes[1])
     x = speeds - middle
-    a, b, c = np.polyfit(x, (scale / sizes) ** 2, 2)
+    a, b, c = np.polyfit(x, (scale / np.maximum(sizes, 1e-6 * scale)) ** 2, 2)  # a measured amplitude may be 0
     least = c - 0.25 * b * b / a if a > 0.0 else 0.0
     if least > 0.0:
         speed = middle - 0.5 * b / a

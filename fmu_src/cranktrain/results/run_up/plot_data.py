@@ -10,6 +10,7 @@ from numpy.typing import NDArray
 from cranktrain.core.reduced_body import Array
 from cranktrain.core.units import RPM
 from cranktrain.engine.model import Engine
+from cranktrain.results.files import output_unit
 from cranktrain.results.orders.measured import Measured, band_of
 from cranktrain.results.orders.measured_points import Point, points_at, reach_of
 from cranktrain.results.orders.modes_over_speed import ModesOverSpeed
@@ -52,6 +53,14 @@ class Quantity(NamedTuple):
 TORSIONAL = Quantity(TORSION, "torsion of the pulley, zero to peak", "deg", 180.0 / math.pi, "torsional")
 TWISTING = Quantity(TWIST, "twist from pulley to flywheel, zero to peak", "deg", 180.0 / math.pi, "torsional")
 ALONG = Quantity(AXIAL, "axial motion of the pulley, zero to peak", "µm", 1e6, "axial")
+
+
+def quantity_of(output: str) -> Quantity:
+    """Name, unit and factor of an output in pictures; rad shown in degrees."""
+    unit = output_unit(output)
+    scale, unit = (180.0 / math.pi, "deg") if unit == "rad" else (1.0, unit or "1")
+    known = {one.output: one for one in (TORSIONAL, TWISTING, ALONG)}
+    return known.get(output) or Quantity(output, f"{output}, zero to peak", unit, scale, "")
 
 
 LEAST_AXIS_HZ, AXIS_SHARE, ROUND_HZ = 500.0, 1.5, 100.0

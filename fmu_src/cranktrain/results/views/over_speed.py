@@ -15,7 +15,7 @@ from cranktrain.results.figures import save_figure
 from cranktrain.results.files import output_unit
 from cranktrain.results.orders.modes_over_speed import ModesOverSpeed
 from cranktrain.results.run_up.figures import order_figure
-from cranktrain.results.run_up.plot_data import ALONG, TORSIONAL, Beside, Quantity, figure_of
+from cranktrain.results.run_up.plot_data import Beside, figure_of, quantity_of
 from cranktrain.results.run_up.plots import plot_campbell
 from cranktrain.results.run_up.run_up import TORSION, RunUp
 from cranktrain.results.views.plot_data import Series, for_notebook, html_table, interactive_lines, optional
@@ -75,9 +75,7 @@ class OrdersOverSpeed(RunUp):
         self[name]
         for order in orders:
             self.order(order, name)
-        own = {one.output: one for one in (TORSIONAL, ALONG)}
-        quantity = own.get(name) or Quantity(name, f"{name}, zero to peak", output_unit(name) or "1", 1.0, "")
-        figure = order_figure(self, quantity, Beside(orders=tuple(orders)), self._engine_name)
+        figure = order_figure(self, quantity_of(name), Beside(orders=tuple(orders)), self._engine_name)
         if path is not None:
             save_figure(figure, path)
         return for_notebook(figure)
