@@ -793,6 +793,33 @@ def native_build_table(found: dict[str, Any]) -> str:
     return table(header, rows)
 
 
+# Part of docs/how-to/real_time.md -----------------------------------------------------------------------------------
+
+
+def real_time() -> str:
+    """Times of steps of a millisecond over their length, by engine and levels."""
+    return real_time_table(benchmark("real_time"))
+
+
+def real_time_table(found: dict[str, Any]) -> str:
+    """The table of a run of ``benchmarks/real_time.py``."""
+    rows = []
+    for name, of_engine in found.items():
+        least, most = of_engine["speeds_rpm"]
+        for title, one in ((key, value) for key, value in of_engine.items() if key != "speeds_rpm"):
+            label = f"limited to {one['limit']:.0f}" if "limit" in one else title
+            times = [one["wall"][key] for key in ("median", "of_a_thousand", "largest")] + [one["processor"]["largest"]]
+            cells = [f"{time:.2f}" for time in times] if one["mean"] < 1.0 else [f"{one['mean']:.1f}", "–", "–", "–"]
+            work = ", ".join(f"{one['iterations'][key]:.0f}" for key in ("median", "largest"))
+            holds = "yes" if times[2] <= 0.5 else "no"
+            rows.append((f"`{name}`, {least} to {most}", label, *cells, work, holds))
+    header = (
+        "engine, rev/min", "levels", "median", "99.9 %", "largest", "largest, processor", "iterations: median, largest",
+        "holds 1 kHz with a margin of two",
+    )  # fmt: skip
+    return table(header, rows)
+
+
 MADE: dict[str, tuple[str, Callable[[], str]]] = {
     "beam_frequencies": ("ladder.md", beam_frequencies),
     "torsional_sources": ("ladder.md", torsional_sources),
@@ -820,6 +847,7 @@ MADE: dict[str, tuple[str, Callable[[], str]]] = {
     "total_error": ("tradeoff.md", total_error),
     "native_fmu": ("native.md", native_fmu),
     "native_build": ("fmu.md", native_build),
+    "real_time": ("how-to/real_time.md", real_time),
     "cost_law": ("benchmarks.md", cost_law),
     "peers": ("peers.md", peers),
     "inherited_damping": ("decisions/0021-modes-in-motion.md", inherited_damping),
