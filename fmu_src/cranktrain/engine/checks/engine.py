@@ -20,6 +20,7 @@ from cranktrain.engine.limits import JUDGED, MAIN
 from cranktrain.engine.model import Engine
 from cranktrain.engine.parts import Combustion, PlainBearing
 from cranktrain.engine.quantities import check_values, mm, need, need_equal_lengths
+from cranktrain.engine.mount_dynamics import check_mount_dynamics
 from cranktrain.engine.rod_shape import check_rod_shape
 from cranktrain.engine.roller_bearing import check_rollers
 from cranktrain.engine.torsional_chain import LINE_ENDS, check_chain, gear_speeds
@@ -134,6 +135,7 @@ def check_engine(engine: Engine) -> None:
         warnings.warn(f"{engine.name}: {text}", stacklevel=2)
     if engine.mounts is not None:
         check_mounts(engine.mounts)
+    check_mount_dynamics(engine)
     text = "is that of trunk pistons in their liners and has no guide of a crosshead; leave [block] or crosshead out"
     need("block", "deck_height", engine.block is None or not engine.cylinders.crosshead, text)
     few = len(engine.damping.torsional_ratios) <= 2
