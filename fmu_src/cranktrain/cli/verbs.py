@@ -23,6 +23,7 @@ GROUPS = {
         "it belongs to.",
         "plot": "Pictures of a run-up: orders and twist over speed, named resonances, waterfall, colour map, "
         "Campbell diagram, motion.",
+        "mounts": "The rigid engine on its mounts: six named modes, mount forces by order over speed, start and stop.",
         "picture": "The crankshaft in three dimensions, in a mode or as it runs: picture (PNG), animation (GIF, MP4) "
         "or page (HTML).",
         "damper-optimum": "Optimum damping of a torsional damper, for two masses or for a torsional mode of an engine.",

@@ -55,7 +55,9 @@ class MountDynamics:
         """Keys of a table, or of fluid."""
         if given("fluid_stiffness") or given("fluid_damping") or given("fluid_mass"):
             return Needed(("fluid_stiffness", "fluid_damping"), "fluid needs")
-        return Needed(("frequencies", "stiffness", "loss_factors"), "give fluid_stiffness and fluid_damping, or a table")
+        return Needed(
+            ("frequencies", "stiffness", "loss_factors"), "give fluid_stiffness and fluid_damping, or a table"
+        )
 
     name: str
     axes: tuple[str, ...]
@@ -75,7 +77,9 @@ def check_mount_dynamics(engine: "Engine") -> None:
     for number, one in enumerate(engine.mount_dynamics):
         where = f"mount_dynamics '{one.name}'"
         given_name(one.name, "mount_dynamics")
-        need(where, "name", one.name not in [other.name for other in engine.mount_dynamics[:number]], "is taken already")
+        need(
+            where, "name", one.name not in [other.name for other in engine.mount_dynamics[:number]], "is taken already"
+        )
         need(where, "mounts", count > 0, "the engine has no [mounts]; add that table")
         check_values(one, where)
         _check_values(one, where)

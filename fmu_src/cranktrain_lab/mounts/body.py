@@ -97,7 +97,7 @@ def _moved(moments: Array, place: Array) -> Array:
 
 def _paths(engine: Engine, cylinder: int) -> tuple[Array, Array]:
     """Positions (SAMPLES, 3) of a rod's big end and of its piston pin over a revolution, m."""
-    angle: Array = np.arange(SAMPLES) * (2.0 * math.pi / SAMPLES)
+    angle: Array = np.arange(SAMPLES, dtype=np.float64) * (2.0 * math.pi / SAMPLES)
     bank, z = engine.cylinders.bank_angles[cylinder], engine.cylinder_positions[cylinder]
     end, height = rod_end(engine, cylinder, angle), piston_height(engine, cylinder, angle)[0]
     turn = np.array([[math.cos(bank), math.sin(bank)], [-math.sin(bank), math.cos(bank)]])

@@ -28,7 +28,7 @@ from cranktrain_lab.mounts.stiffness import Complex
 
 SAMPLES = 2880
 """Crank angles of a cycle of 720 degrees at which torques are evaluated."""
-ORDERS: Array = 0.5 * np.arange(2 * HIGHEST_ORDER + 1)
+ORDERS: Array = 0.5 * np.arange(2 * HIGHEST_ORDER + 1, dtype=np.float64)
 """Orders of a cycle, from 0 to the highest."""
 
 
@@ -68,12 +68,12 @@ def excitation(engine: Engine, centre: Array) -> tuple[Excitation, list[str]]:
     rate[:, 5] = linear + centre[1] * rate[:, 0] - centre[0] * rate[:, 1]
     pushes = np.zeros((2, ORDERS.size, 6), dtype=np.complex128)
     pushes[:, :, 5] = motored, burnt
-    return Excitation(masses, rate, *pushes, gas), left_out
+    return Excitation(masses, rate, pushes[0], pushes[1], gas), left_out
 
 
 def _torques(engine: Engine, gas: GasTrace) -> list[Complex]:
     """Orders of the moment about the crank's axis: over Ω², over Ω̇, motored and of the full burn."""
-    angle: Array = np.arange(SAMPLES) * (4.0 * math.pi / SAMPLES)
+    angle: Array = np.arange(SAMPLES, dtype=np.float64) * (4.0 * math.pi / SAMPLES)
     every = np.repeat(angle[:, None], engine.n_cylinders, axis=1)
     found = Rods.of_engine(engine, rigid_crank(engine), 0.0).torque(every)
     area = 0.25 * math.pi * engine.cylinders.bore**2

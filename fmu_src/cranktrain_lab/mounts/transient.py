@@ -6,7 +6,7 @@ The crank's speed changes at a constant rate; the engine's centre q and the inte
     m_b z̈_b + c_b ż_b = k_b (t·q − z_b)
 
 with the direction t of a component; a branch without mass has no velocity of its own. They are solved by LSODA (SciPy,
-A. C. Hindmarsh 1983) to a relative tolerance of 1e-6. Before a start the engine is at rest; a stop begins with its mean torque.
+A. C. Hindmarsh, 1983). The motion begins with the periodic motion of the first speed, or at rest under the first force.
 """
 
 import math
@@ -21,11 +21,14 @@ from cranktrain.core.types import Array
 from cranktrain_lab.mounts.body import RigidEngine
 from cranktrain_lab.mounts.excitation import ORDERS, Excitation
 from cranktrain_lab.mounts.response import gyroscopic
-from cranktrain_lab.mounts.stiffness import DIRECTIONS, Support
+from cranktrain_lab.mounts.stiffness import DIRECTIONS, Complex, Support
 
-TOLERANCE = 1.0e-6
-PER_PERIOD = 24
-"""Samples of a run per period of its highest order at its highest speed."""
+TOLERANCE, LEAST = 1.0e-6, 1.0e-3
+"""Relative tolerance of the integration, and the size (m, rad, m/s, rad/s) below which errors count as absolute."""
+LONGEST = 1.0e-3
+"""Longest step, s, so that no firing is stepped over."""
+PER_PERIOD, SAMPLES = 24, 200
+"""Samples of a run per period of its highest order at its highest speed, and least number of samples."""
 
 
 class States(NamedTuple):
@@ -87,7 +90,7 @@ class Transient(NamedTuple):
 
 def transient(
     system: States, forces: Callable[[float, float, float], Array], first: float, rate: float, duration: float,
-    start: Array | None = None, samples: int = 0, tolerance: float = TOLERANCE,
+    start: Array, tolerance: float = TOLERANCE,
 ) -> Transient:  # fmt: skip
     """Run over a ``duration``, s, from the speed ``first`` (rad/s) at ``rate`` (rad/s²).
 
@@ -96,8 +99,7 @@ def transient(
     Parameters
     ----------
     forces : function of crank angle (rad), speed (rad/s) and acceleration (rad/s²) with the excitation (6,), N and N m
-    start : state at the begin; by default at rest
-    samples : number of samples of the result; by default :data:`PER_PERIOD` a period of the highest order
+    start : state at the begin, as :func:`steady` gives it
     """
 
     def derivative(time: float, y: Array) -> Array:
@@ -106,12 +108,11 @@ def transient(
         return np.asarray(system.a @ y + speed * (system.b @ y) + system.r @ force)
 
     highest = max(abs(first), abs(first + rate * duration)) * float(ORDERS[-1]) / (2.0 * math.pi)
-    count = samples or max(200, math.ceil(PER_PERIOD * highest * duration))
+    count = max(SAMPLES, math.ceil(PER_PERIOD * highest * duration))
     time = np.linspace(0.0, duration, count)
-    before = np.zeros(len(system.a)) if start is None else start
     found = solve_ivp(
-        derivative, (0.0, duration), before, method="LSODA", t_eval=time, rtol=tolerance, atol=1e-3 * tolerance * 1e-3,
-        max_step=max(duration / count, 1e-3),
+        derivative, (0.0, duration), start, method="LSODA", t_eval=time, rtol=tolerance, atol=LEAST * tolerance,
+        max_step=LONGEST,
     )  # fmt: skip
     if not found.success:
         raise SolverError(f"start or stop on the mounts: {found.message}")
@@ -120,9 +121,13 @@ def transient(
     return Transient(time, first + rate * time, motion[:, :DIRECTIONS], mounts)
 
 
-def held(system: States, force: Array) -> Array:
-    """State at rest under a constant force (6,) on the centre; internal motions are relaxed."""
-    return np.asarray(np.linalg.solve(system.a, -system.r @ force))
+def steady(system: States, speed: float, amplitudes: Complex) -> Array:
+    """State at crank angle 0 of the periodic motion at a constant speed (rad/s), under ``amplitudes`` (orders, 6)."""
+    turned = system.a + speed * system.b
+    found = np.zeros(len(system.a))
+    for order, own in zip(ORDERS, amplitudes, strict=True):
+        found += np.linalg.solve(1j * order * speed * np.eye(len(turned)) - turned, system.r @ own).real
+    return found
 
 
 def engine_force(excitation: Excitation, load: float) -> Callable[[float, float, float], Array]:

@@ -7,7 +7,7 @@ from dataclasses import replace
 import numpy as np
 
 from cranktrain.core.errors import InputError
-from cranktrain.core.reduced_body import Array, ReducedBody, rigid_body
+from cranktrain.core.reduced_body import ReducedBody, rigid_body
 from cranktrain.core.rigid_slices import inertia_tensor
 from cranktrain.dynamics.topology.laws import connection_law, data_of, pieces_of
 from cranktrain.dynamics.topology.values import (

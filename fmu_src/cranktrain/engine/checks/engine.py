@@ -18,9 +18,9 @@ from cranktrain.engine.drive_line_chain import FURTHER, DriveLineChain
 from cranktrain.engine.firing import uneven
 from cranktrain.engine.limits import JUDGED, MAIN
 from cranktrain.engine.model import Engine
+from cranktrain.engine.mount_dynamics import check_mount_dynamics
 from cranktrain.engine.parts import Combustion, PlainBearing
 from cranktrain.engine.quantities import check_values, mm, need, need_equal_lengths
-from cranktrain.engine.mount_dynamics import check_mount_dynamics
 from cranktrain.engine.rod_shape import check_rod_shape
 from cranktrain.engine.roller_bearing import check_rollers
 from cranktrain.engine.torsional_chain import LINE_ENDS, check_chain, gear_speeds

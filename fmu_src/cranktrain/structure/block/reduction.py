@@ -146,7 +146,9 @@ def standing_moments(engine: Engine) -> Array:
     """
     mounts = engine.mounts
     if mounts is not None and mounts.standing_mass:
-        return part_moments(mounts.standing_mass, inertia_tensor(mounts.standing_inertia), np.array(mounts.standing_centre))
+        return part_moments(
+            mounts.standing_mass, inertia_tensor(mounts.standing_inertia), np.array(mounts.standing_centre)
+        )
     if stored_path(engine).exists():
         body = complete_block(engine, reduced_block(engine))
         own = body.inertia - body.mass * (body.centre @ body.centre * np.eye(3) - np.outer(body.centre, body.centre))
