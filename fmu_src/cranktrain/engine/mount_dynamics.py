@@ -24,7 +24,7 @@ from itertools import pairwise
 from typing import TYPE_CHECKING
 
 from cranktrain.core.argument_checks import given_name
-from cranktrain.core.errors import nearest
+from cranktrain.core.errors import InputError, nearest
 from cranktrain.engine import quantities as q
 from cranktrain.engine.parts import Given, Needed
 from cranktrain.engine.quantities import check_values, need
@@ -92,6 +92,15 @@ def check_mount_dynamics(engine: "Engine") -> None:
                 alone = other is one or not (other.frequencies or one.frequencies)
                 text = f"mount {mount} has '{other.name}' along {axis}; a table is the whole stiffness, leave one out"
                 need(where, "mounts", alone, text)
+
+
+def need_constant_mounts(engine: "Engine") -> None:
+    """Raise ``InputError`` for mounts over frequency, which a flexible block takes as bodies and connections alone."""
+    if engine.mount_dynamics:
+        raise InputError(
+            f"engine '{engine.name}' has mounts over frequency, [[mount_dynamics]]; for a flexible block take the engine "
+            "file that cranktrain mounts --output FILE.toml writes, with bodies and connections in their place"
+        )
 
 
 def _check_values(one: MountDynamics, where: str) -> None:

@@ -9,6 +9,7 @@ import numpy as np
 
 from cranktrain.cli.console import say, show_rows
 from cranktrain.cli.functions import verb
+from cranktrain.cli.new import KIND
 from cranktrain.core.errors import InputError
 from cranktrain.core.typed_file import between
 from cranktrain.core.units import RPM
@@ -16,6 +17,7 @@ from cranktrain.engine.file import load_engine
 from cranktrain.engine.model import Engine
 from cranktrain.results.columns import NOTHING
 from cranktrain.results.views.found import VerbResult
+from cranktrain.store.whole_file import check_place, whole_file
 from cranktrain.studies.requests import words
 from cranktrain.studies.requests.fields import Option
 
@@ -65,6 +67,13 @@ class Mounts(words.Load):
         Option("RPM_PER_S", "motored stop from the engine's lowest speed at this rate of the speed", "--stop"),
     ] = None
     plots: Annotated[words.File | None, Option("DIR", "folder for pictures of forces, motion, start and stop")] = None
+    output: Annotated[
+        words.File | None,
+        Option(
+            "FILE.toml",
+            "engine file to write, whose mounts over frequency are bodies and connections, for --block flexible",
+        ),
+    ] = None
 
 
 @verb(Mounts, DESCRIPTION)
@@ -72,6 +81,7 @@ def mounts(named: str | Path | Engine, ask: Mounts) -> VerbResult:
     """Compute modes and response of an engine on its mounts, and its start and stop if they are asked for."""
     from cranktrain.results.figures import check_folder
     from cranktrain_lab.mounts.pictures import PICTURES, save_pictures
+    from cranktrain_lab.mounts.running import running_engine
     from cranktrain_lab.mounts.study import passage, report, study
 
     engine = load_engine(named)
@@ -81,13 +91,21 @@ def mounts(named: str | Path | Engine, ask: Mounts) -> VerbResult:
         raise InputError(f"--from {low:g} --to {high:g} rev/min: the first speed must be below the last one")
     if ask.plots is not None:
         check_folder(Path(ask.plots), "--plots", PICTURES)
+    if ask.output is not None:
+        check_place(ask.output, KIND)
+        if not engine.mount_dynamics:
+            raise InputError(f"--output {ask.output}: '{engine.name}' has no [[mount_dynamics]], so it runs as it is")
     count = SPEEDS if ask.step_rpm is None else 1 + max(1, round((high - low) / ask.step_rpm))
     made = study(engine, RPM * np.linspace(low, high, count), ask.load, words.orders_of(ask.orders))
     rates = (ask.start_rpm_per_s, -ask.stop_rpm_per_s if ask.stop_rpm_per_s else None)
     passages = [passage(made, RPM * rate, ask.load) for rate in rates if rate is not None]
     drawn = [] if ask.plots is None else save_pictures(Path(ask.plots), made, passages)
     found = report(made, passages) | {"plots": list(map(str, drawn))}
-    return VerbResult.of(found, "mounts")
+    if ask.output is not None:
+        written, found["fit_error"] = running_engine(engine)
+        with whole_file(ask.output, KIND) as temporary:
+            temporary.write_text(written.to_toml(), encoding="utf-8")
+    return VerbResult.of(found, "mounts", written=[*found["plots"], *([str(ask.output)] if ask.output else [])])
 
 
 def show(found: VerbResult) -> None:
@@ -117,5 +135,5 @@ def show(found: VerbResult) -> None:
         show_rows(f"{name.capitalize()} at {abs(found[name]['rate_rpm_per_s']):.4g} rev/min per s", header, rows)
     for line in found["said"]:
         print(line)
-    for name in found["plots"]:
+    for name in found.beside["written"]:
         say(f"{name} written")

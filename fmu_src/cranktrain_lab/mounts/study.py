@@ -15,7 +15,8 @@ from cranktrain_lab.mounts.body import RigidEngine, rigid_engine
 from cranktrain_lab.mounts.excitation import ORDERS, Excitation, excitation
 from cranktrain_lab.mounts.modes import NAMES, Mode, modes
 from cranktrain_lab.mounts.response import Response, response
-from cranktrain_lab.mounts.stiffness import BAD, GOOD, Complex, Support, support_of, with_states
+from cranktrain_lab.mounts.running import refuse_bad_fit
+from cranktrain_lab.mounts.stiffness import GOOD, Complex, Support, support_of, with_states
 from cranktrain_lab.mounts.transient import Transient, engine_force, states, steady, transient
 
 STRONGEST = 6
@@ -112,11 +113,7 @@ def passage(of: Study, rate: float, load: float) -> Passage:
     Raises ``InputError`` if a mount's table has no fit with states, as one that no passive mount has.
     """
     support, error = with_states(of.support)
-    if error > BAD:
-        raise InputError(
-            f"mount_dynamics: the best stable mount differs from a table by {100.0 * error:.0f} %, so that it cannot "
-            "run in time; check its frequencies, and that stiffness rises where the loss factor is high"
-        )
+    refuse_bad_fit(error)
     top = of.engine.speeds[0]
     load, first = (load, 0.0) if rate > 0.0 else (0.0, top)
     system = states(of.body, support)
