@@ -2,10 +2,13 @@
 
 import json
 import math
+import re
 from dataclasses import replace
 
 import numpy as np
 import pytest
+from engine_texts import SIX, read
+from refusals import refused_files, text_of
 from scipy.integrate import quad, solve_ivp
 
 import cranktrain as ct
@@ -386,3 +389,17 @@ def test_written_engines_keep_their_mounts():
         "generator_four", mount_dynamics=(MountDynamics("a", ("x",), (1,), (1.0, 2.0), (1e5, 1e5), (0.1, 0.1)),)
     )
     assert engine_of(document_of(four), "four", None).mount_dynamics == four.mount_dynamics
+
+
+@pytest.mark.parametrize(("old", "new", "said"), refused_files()["mount-dynamics"]["changes"])
+def test_slips_of_tables_are_told(tmp_path, old, new, said):
+    tables = text_of("mount-dynamics")
+    assert old in tables and len(read(tmp_path, SIX + tables).mount_dynamics) == 2
+    with pytest.raises(InputError, match=re.escape(said)):
+        read(tmp_path, SIX + tables.replace(old, new, 1))
+
+
+@pytest.mark.parametrize(("values", "said"), refused_files()["mount-dynamics"]["standing"])
+def test_a_standing_body_is_whole(values, said):
+    with pytest.raises(InputError, match=re.escape(said)):
+        load_engine("diesel_i6").with_({f"mounts.{key}": value for key, value in values.items()})

@@ -98,8 +98,8 @@ def need_constant_mounts(engine: "Engine") -> None:
     """Raise ``InputError`` for mounts over frequency, which a flexible block takes as bodies and connections alone."""
     if engine.mount_dynamics:
         raise InputError(
-            f"engine '{engine.name}' has mounts over frequency, [[mount_dynamics]]; for a flexible block take the engine "
-            "file that cranktrain mounts --output FILE.toml writes, with bodies and connections in their place"
+            f"engine '{engine.name}' has mounts over frequency, [[mount_dynamics]]; for a flexible block take the "
+            "engine file that cranktrain mounts --output FILE.toml writes, with bodies and connections in their place"
         )
 
 
