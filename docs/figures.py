@@ -13,7 +13,6 @@ import re
 import shutil
 import subprocess
 import sys
-import tempfile
 from collections.abc import Callable, Iterable, Sequence
 from dataclasses import replace
 from pathlib import Path
@@ -611,9 +610,7 @@ def mount_forces() -> str:
     from cranktrain.results.orders.harmonics import last_cycle, order_spectrum
     from cranktrain_lab.mounts.study import study
 
-    with tempfile.TemporaryDirectory() as folder:
-        sizes = {"layout": "i4", "bore_mm": 82.0, "stroke_mm": 90.0}
-        four = ct.new_engine(Path(folder) / "four", **sizes, mounts=True)
+    four = ct.new_engine("four", layout="i4", bore_mm=82.0, stroke_mm=90.0, mounts=True)
     rows = []
     for engine, speeds in ((ct.load_engine("diesel_i6"), (1000.0, 1600.0)), (four, (2000.0, 4000.0))):
         for rpm in speeds:
