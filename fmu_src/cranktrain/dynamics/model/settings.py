@@ -11,9 +11,9 @@ from cranktrain.dynamics.model.numbers import LEAST_TOLERANCE, MOST_DELAY, MOST_
 from cranktrain.dynamics.time.integrators import INTEGRATORS, amplification, integrator, settles_films
 from cranktrain.dynamics.topology.bearings import film_parts
 from cranktrain.engine.articulated_rod import ARTICULATED
+from cranktrain.engine.checks.mounts import need_constant_mounts
 from cranktrain.engine.levels import BLOCKS, CRANKS, DAMPERS, ENCODERS, PISTONS
 from cranktrain.engine.model import Engine
-from cranktrain.engine.mount_dynamics import need_constant_mounts
 from cranktrain.film.laws.register import BIG_END, MAINS, Law, bearing_law, bearing_levels, usual_level
 from cranktrain.loads.damper import required_damper
 

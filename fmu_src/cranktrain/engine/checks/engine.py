@@ -12,13 +12,13 @@ from cranktrain.core.errors import InputError, nearest
 from cranktrain.engine.additions import check_additions, split_end
 from cranktrain.engine.checks.block import check_block, check_mounts
 from cranktrain.engine.checks.crankshaft import check_balance_weights, check_crankshaft, check_cylinders, check_damper
+from cranktrain.engine.checks.mounts import check_mount_dynamics
 from cranktrain.engine.checks.oil import check_oil
 from cranktrain.engine.checks.plausible import warn_of_doubts
 from cranktrain.engine.drive_line_chain import FURTHER, DriveLineChain
 from cranktrain.engine.firing import uneven
 from cranktrain.engine.limits import JUDGED, MAIN
 from cranktrain.engine.model import Engine
-from cranktrain.engine.mount_dynamics import check_mount_dynamics
 from cranktrain.engine.parts import Combustion, PlainBearing
 from cranktrain.engine.quantities import check_values, mm, need, need_equal_lengths
 from cranktrain.engine.rod_shape import check_rod_shape

@@ -17,8 +17,8 @@ from scipy.optimize import linear_sum_assignment
 from cranktrain.core.errors import InputError
 from cranktrain.core.reduced_body import ReducedBody, rigid
 from cranktrain.core.types import Array
+from cranktrain.engine.checks.mounts import need_constant_mounts
 from cranktrain.engine.model import Engine
-from cranktrain.engine.mount_dynamics import need_constant_mounts
 from cranktrain.structure.block.reduction import complete_block
 from cranktrain.structure.crank import modal as crank_modal
 from cranktrain.structure.crank.modal import KINDS, LISTED_HZ, cranktrain_matrices, energy_shares
