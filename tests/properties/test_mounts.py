@@ -29,7 +29,7 @@ from cranktrain_lab.mounts.modes import modes
 from cranktrain_lab.mounts.response import response
 from cranktrain_lab.mounts.running import running_engine
 from cranktrain_lab.mounts.stiffness import Branch, Support, fitted, with_states
-from cranktrain_lab.mounts.study import passage, study
+from cranktrain_lab.mounts.study import passage, report, study
 from cranktrain_lab.mounts.transient import states, steady, transient
 
 HZ = 2.0 * math.pi
@@ -340,6 +340,9 @@ def test_the_verb_tells_modes_orders_and_passages(tmp_path, capsys):
 def test_a_table_that_no_mount_has_does_not_run_in_time():
     table = MountDynamics("odd", ("y",), (1,), (1.0, 10.0, 100.0), (1e6, 1e5, 1e4), (1.0, 1.0, 1.0))
     made = study(standing("generator_four", mount_dynamics=(table,)), np.array([100.0, 200.0]), 0.3)
+    assert report(made)["said"] == [
+        "a table of mounts ends at 100 Hz, orders reach 382 Hz; beyond it the last stiffness is taken"
+    ]
     with pytest.raises(InputError, match="differs from a table by"):
         passage(made, 60.0, 0.3)
 

@@ -29,7 +29,7 @@ of gas and masses excite it; the mounts are those of [mounts] and [[mount_dynami
 
 modes     frequency, damping ratio and fractions of the kinetic energy by direction; coupled: other directions that
           hold a tenth or more of it
-static    forces of each mount on the frame from the weight, and from the largest mean torque of these speeds
+static    forces of each mount on the frame from the weight, and from the largest full-load torque of these speeds
 orders    excitation and motion of the engine's centre, and sum of all mounts on the frame, by order and speed
 mounts    forces of each mount on the frame, by order and speed
 start, stop     largest motion and mount forces in time, and those of periodic cycles at the same speeds
