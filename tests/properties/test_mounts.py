@@ -275,6 +275,35 @@ def test_the_roll_moment_is_that_of_the_pistons_on_their_liners(name):
     assert made.at(speed, 1.0)[0, 5].real == pytest.approx(-mean_torque(engine, gas, speed), rel=1e-4)
 
 
+@pytest.mark.parametrize("name", ["generator_four", "v6_split"])
+def test_the_roll_moment_of_masses_closes_momentum_and_energy(name):
+    """Rods are two points that have their inertia: M = −dH/dt + (dE/dt)/Ω at constant speed, and (2E/Ω² − H/Ω) Ω̇."""
+    engine = load_engine(name)
+    offset = replace(engine.cylinders, pin_offset=0.004)
+    engine = standing(name, cylinders=offset, frame=(), body=(), connection=())
+    made, _ = excitation(engine, np.zeros(3))
+    rod, piston = engine.rod, engine.cylinders.piston_mass
+    whole = rod.big_end_mass + rod.small_end_mass
+    angle, momentum, energy = np.arange(720) * (2.0 * math.pi / 720), np.zeros(720), np.zeros(720)
+
+    def rate(signal):
+        return np.fft.irfft(1j * np.arange(361) * np.fft.rfft(signal), 720)
+
+    for c in range(engine.n_cylinders):
+        end, height = rod_end(engine, c, angle), piston_height(engine, c, angle)[0]
+        pin, top = np.array([end.x, end.y]), np.array([np.full(720, engine.offsets[c]), height])
+        along = (top - pin) / rod.length
+        centre = pin + along * rod.length * rod.small_end_mass / whole
+        half = along * math.sqrt(rod.inertia / whole)
+        for mass, (x, y) in ((0.5 * whole, centre + half), (0.5 * whole, centre - half), (piston, top)):
+            momentum += mass * (x * rate(y) - y * rate(x))
+            energy += 0.5 * mass * (rate(x) ** 2 + rate(y) ** 2)
+    for found, wanted in ((made.masses, rate(energy) - rate(momentum)), (made.rate, 2.0 * energy - momentum)):
+        orders = 2.0 / 720 * np.fft.rfft(wanted)[:13]
+        orders[0] *= 0.5
+        np.testing.assert_allclose(found[::2, 5], orders, atol=1e-6 * np.abs(orders).max())
+
+
 def test_a_six_has_no_free_force_and_rolls_at_its_firing_order():
     six = standing("diesel_i6")
     made = study(six, np.array([150.0, 200.0]), 1.0)
