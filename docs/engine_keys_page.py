@@ -25,9 +25,9 @@ All tables with their keys, as the reader takes them. An entry states value, uni
 ([describe your own engine](how-to/own_engine.md)); units other than the one named are read too. *Needed* says which
 keys a table must have where it is there; *by kind* marks keys that another value of the table makes necessary, and all
 that lack are named in one refusal. Arrays of tables (`[[body]]`, `[[frame]]`, `[[connection]]`) follow the tables, see
-[added bodies](how-to/added_bodies.md); their keys of kind *text* are written without unit and origin. Last come the
-rows of a table of discs and shafts, a file of its own ([drive line](how-to/drive_line.md)), whose keys are plain
-numbers in SI.
+[added bodies](how-to/added_bodies.md), and `[[mount_dynamics]]`, see [mounts](how-to/mounts.md); their keys of kind
+*text* are written without unit and origin. Last come the rows of a table of discs and shafts, a file of its own
+([drive line](how-to/drive_line.md)), whose keys are plain numbers in SI.
 
 """
 TAIL = "This page is made by `python docs/engine_keys_page.py docs/engine_keys.md`.\n"

@@ -18,6 +18,8 @@ from dataclasses import replace
 from pathlib import Path
 from typing import Any
 
+import numpy as np
+
 import cranktrain as ct
 from cranktrain.film.laws.ehd import FINE
 from cranktrain.structure.crank.reduction import reduced_crankshaft
@@ -600,6 +602,31 @@ def valve_train_cost() -> str:
     return f"{costs}\n\n{told}\n\n" + table(("scheme", *(f"{step}°" for step in steps)), errors)
 
 
+# Part of docs/how-to/mounts.md ----------------------------------------------------------------------------------------
+
+
+def mount_forces() -> str:
+    """Forces of the mounts of the rigid engine beside those of a run in the flexible block, of a six and a new four."""
+    from cranktrain.results.orders.harmonics import last_cycle, order_spectrum
+    from cranktrain_lab.mounts.study import study
+
+    four = ct.new_engine("four", layout="i4", bore_mm=82.0, stroke_mm=90.0, mounts=True)
+    rows = []
+    for engine, speeds in ((ct.load_engine("diesel_i6"), (1000.0, 1600.0)), (four, (2000.0, 4000.0))):
+        for rpm in speeds:
+            run = ct.simulate(engine, speed_rpm=rpm, crank="rigid", bearings="linear", block="flexible", load=1.0)
+            made = study(engine, np.array([rpm * math.pi / 30.0]), 1.0)
+            for o, order in enumerate(made.orders[:4]):
+                rigid = np.abs(made.response.mounts[0, o, :, 1])
+                found = []
+                for j in range(rigid.size):
+                    signal = last_cycle(run.angle, run.outputs[f"mount[{j + 1}].force.y"])
+                    found.append(order_spectrum(signal, 12.0)[1][round(2.0 * order) - 1])
+                pairs = (f"{rigid.min():.3g} to {rigid.max():.3g}", f"{min(found):.3g} to {max(found):.3g}")
+                rows.append((engine.title, f"{rpm:.0f}", f"{order:g}", *pairs))
+    return table(("engine", "rev/min", "order", "rigid engine / N", "flexible block / N"), rows)
+
+
 # Whole pages and pictures ---------------------------------------------------------------------------------------------
 
 
@@ -610,7 +637,7 @@ def pages() -> None:
 
 
 def pictures() -> None:
-    """Pictures of the demonstration, the journal orbits and the start on the thrust bearing."""
+    """Pictures of the demonstration, the journal orbits, the start on the thrust bearing and on the mounts."""
     python("examples/demo.py")
     python("examples/thrust_start.py")
     options = "--bearings reynolds --big-ends impedance --plots out --output out/six.h5"
@@ -620,6 +647,9 @@ def pictures() -> None:
         "journal_orbits.png": "orbits.png",
     }.items():  # fmt: skip
         shutil.copyfile(ROOT / "out" / source, DOCS / name)
+    python("examples/engine_mounts.py", "docs/examples/engine_mounts.png")
+    cranktrain("mounts diesel_i6 --load 0.2 --start 300 --plots out/mounts")
+    shutil.copyfile(ROOT / "out" / "mounts" / "mount_start.png", DOCS / "mount_start.png")
 
 
 def studies() -> None:
@@ -850,6 +880,7 @@ MADE: dict[str, tuple[str, Callable[[], str]]] = {
     "real_time": ("how-to/real_time.md", real_time),
     "cost_law": ("benchmarks.md", cost_law),
     "peers": ("peers.md", peers),
+    "mount_forces": ("how-to/mounts.md", mount_forces),
     "inherited_damping": ("decisions/0021-modes-in-motion.md", inherited_damping),
 }
 """Document and maker of each part that stands between marks."""

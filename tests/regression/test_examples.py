@@ -43,6 +43,15 @@ def test_balancers(tmp_path, monkeypatch, capsys):
     assert (tmp_path / "balancers.png").stat().st_size > 10_000
 
 
+def test_engine_mounts(tmp_path, monkeypatch, capsys):
+    """Fluid in the mounts halves the roll at a start."""
+    monkeypatch.setattr(sys, "argv", ["engine_mounts.py", str(tmp_path / "mounts.png")])
+    assert example("engine_mounts").main() == 0
+    rubber, hydraulic = (float(text) for text in re.findall(r"rolls by ([\d.]+) mrad", capsys.readouterr().out))
+    assert 0.4 * rubber < hydraulic < 0.6 * rubber
+    assert (tmp_path / "mounts.png").stat().st_size > 10_000
+
+
 def test_elastic_rod():
     """Its rods weigh alike, and gas and inertia move the piston as the rod's own stiffness and a film's gap allow."""
     module = example("elastic_rod")

@@ -25,6 +25,7 @@ GROUPS = {
         "Campbell diagram, motion.",
         "compare": "Differences of a result from another or from measured orders, by cycle, orders and peaks, with "
         "a verdict.",
+        "mounts": "The rigid engine on its mounts: six named modes, mount forces by order over speed, start and stop.",
         "picture": "The crankshaft in three dimensions, in a mode or as it runs: picture (PNG), animation (GIF, MP4) "
         "or page (HTML).",
         "damper-optimum": "Optimum damping of a torsional damper, for two masses or for a torsional mode of an engine.",

@@ -5,6 +5,7 @@ relative to p: u + θ×r = B [1, r] with a 3×4 matrix B, so ∫ρ u·v = tr(B_u
 body or a part fixed to an interface is one slice; a beam consists of many, one at each quadrature point.
 """
 
+from collections.abc import Sequence
 from dataclasses import dataclass
 from typing import NamedTuple
 
@@ -135,6 +136,14 @@ def skew(vector: Array) -> Array:
 def second_moments(inertia: Array) -> Array:
     """Second moments ∫ρ r rᵀ (3, 3) of an inertia tensor."""
     return np.asarray(0.5 * np.trace(inertia) * np.eye(3) - inertia)
+
+
+def inertia_tensor(moments: Sequence[float]) -> Array:
+    """Inertia tensor (3, 3) from three moments, or from six values xx, yy, zz, xy, xz, yz with products −∫ρ xy."""
+    tensor = np.diag(np.array(moments[:3]))
+    for value, (i, k) in zip(moments[3:], ((0, 1), (0, 2), (1, 2)), strict=False):
+        tensor[i, k] = tensor[k, i] = value
+    return tensor
 
 
 def part_moments(mass: float, inertia: Array, centre: Array) -> Array:

@@ -25,6 +25,7 @@ from cranktrain.core.argument_checks import given_name
 from cranktrain.core.errors import nearest
 from cranktrain.engine import connections as laws
 from cranktrain.engine import quantities as q
+from cranktrain.engine.mount_dynamics import MountDynamics
 from cranktrain.engine.parts import Given, Needed
 from cranktrain.engine.quantities import check_values, need
 
@@ -179,9 +180,12 @@ TEXTS = {
     "frame": ("name", "motion"),
     "body": ("name", "frame", "interfaces", "file", "discs", "along"),
     "connection": ("name", "law", "ends"),
+    "mount_dynamics": ("name", "axes"),
 }
 """Keys of each TOML table whose values are plain texts, without unit and origin."""
-TABLES: dict[str, type] = {"frame": FrameTable, "body": BodyTable, "connection": ConnectionTable}
+TABLES: dict[str, type] = {
+    "frame": FrameTable, "body": BodyTable, "connection": ConnectionTable, "mount_dynamics": MountDynamics
+}  # fmt: skip
 
 
 OWN_NAMES = {"frame": ("rest", "crank"), "body": ("crank", "block", GROUND), "connection": ()}

@@ -21,6 +21,7 @@ from cranktrain.engine.articulated_rod import Articulation, articulations, dead_
 from cranktrain.engine.drive_line_chain import DriveLineChain, line_connections
 from cranktrain.engine.firing import firing_angles, intervals
 from cranktrain.engine.limits import BearingLimits, CrankStrength, Limits
+from cranktrain.engine.mount_dynamics import MountDynamics
 from cranktrain.engine.rod_shape import RodShape, rod_additions
 
 IDLE_SHARE = 0.25
@@ -73,6 +74,7 @@ class Engine:
     frame: tuple[FrameTable, ...] = ()
     body: tuple[BodyTable, ...] = ()
     connection: tuple[ConnectionTable, ...] = ()
+    mount_dynamics: tuple[MountDynamics, ...] = ()
 
     @property
     def n_cylinders(self) -> int:

@@ -674,7 +674,12 @@ class Block:
 
 @dataclass(frozen=True, kw_only=True)
 class Mounts:
-    """Engine mounts: position, stiffness and damping along and about the engine's axes; one entry per mount."""
+    """Engine mounts: position, stiffness and damping along and about the engine's axes; one entry per mount.
+
+    ``standing_mass``, ``standing_centre`` and ``standing_inertia`` are mass, centre (x, y, z) and inertia about it (xx,
+    yy, zz, or also xy, xz, yz) of all that stands on the mounts: block, heads and what is bolted to them, such as a
+    gearbox (kg, m, kg m²). Without them ``cranktrain mounts`` takes the block and heads of ``[block]``.
+    """
 
     x: tuple[q.Offset, ...]
     y: tuple[q.Offset, ...]
@@ -691,6 +696,9 @@ class Mounts:
     damping_rx: tuple[q.TorsionalDamping, ...]
     damping_ry: tuple[q.TorsionalDamping, ...]
     damping_rz: tuple[q.TorsionalDamping, ...]
+    standing_mass: q.Mass = 0.0
+    standing_centre: tuple[q.Offset, ...] = ()
+    standing_inertia: tuple[q.ProductOfInertia, ...] = ()
 
     @property
     def positions(self) -> tuple[tuple[float, float, float], ...]:

@@ -66,6 +66,7 @@ CompressionRatio = Annotated[float, Quantity("1", 1.5, 60.0, hint="piston engine
 DampingRatio = Annotated[float, Quantity("1", 0.0, 0.99, hint="a larger ratio is overcritical")]
 Friction = Annotated[float, Quantity("1", 0.0, 0.99, hint="lubricated surfaces have 0.08 to 0.15")]
 LossFactor = Annotated[float, Quantity("1", 1e-3, 1.0, hint="rubbers have 0.1 to 0.5")]
+MountLoss = Annotated[float, Quantity("1", 0.0, 20.0, hint="rubber has 0.05 to 0.3, hydraulic mounts up to 3")]
 Polytropic = Annotated[float, Quantity("1", 1.0, 1.7, hint="air has 1.4 without cooling, 1.0 at one temperature")]
 WiebeFactor = Annotated[float, Quantity("1", 0.1, 50.0, hint="6.908 burns 99.9 %")]
 WiebeExponent = Annotated[float, Quantity("1", 0.0, 20.0)]
@@ -79,6 +80,7 @@ ReliefExponent = Annotated[float, Quantity("1", 1.0, 10.0, hint="2 is a parabola
 RODS_ON_PIN = ("side-by-side", "fork-and-blade", "articulated")
 RodsOnPin = Annotated[str, OneOf("arrangement of rods", RODS_ON_PIN)]
 Pins = Annotated[int, Quantity("1", 1, 20)]
+MountNumber = Annotated[int, Quantity("1", 1, 100)]
 Pads = Annotated[int, Quantity("1", 1, 100)]
 Rollers = Annotated[int, Quantity("1", 1, 500)]
 Modes = Annotated[int, Quantity("1", 1, 2000)]

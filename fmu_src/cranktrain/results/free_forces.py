@@ -46,18 +46,8 @@ def free_forces(engine: Engine, speed: float) -> dict[str, Any]:
     """
     place = np.array(engine.crankshaft.main_positions)
     middle = 0.5 * float(place[0] + place[-1])
-    forces, size = _reciprocating(engine, middle)
-    turning, more = _turning(engine, middle)
-    forces[1] += turning
-    left_out = []
-    for body in engine.body:
-        own = _added(engine, body, middle)
-        if own is None or own[0] > HIGHEST_ORDER:
-            left_out.append(body.name)
-        else:
-            forces[own[0]] += own[1]
-            more += np.abs(own[1]).sum(axis=1)
-    size = speed**2 * (size + more)
+    forces, size, left_out = mass_forces(engine, middle)
+    size = speed**2 * size
     rows = []
     for order in range(1, HIGHEST_ORDER + 1):
         exact = zip(speed**2 * forces[order], size, strict=True)
@@ -69,6 +59,29 @@ def free_forces(engine: Engine, speed: float) -> dict[str, Any]:
                 "moment_nm": largest(moment), "moment_x_nm": up, "moment_y_nm": across,
             })  # fmt: skip
     return {"speed_rpm": speed / RPM, "about_z_m": middle, "left_out": left_out, "orders": rows}
+
+
+def mass_forces(engine: Engine, middle: float) -> tuple[Complex, Array, list[str]]:
+    """Free forces and their moments over Ω² by order, about a position z = ``middle`` (m) of the crank's axis.
+
+    Returns
+    -------
+    amplitudes a of Re[a exp(ikθ)] for orders k = 0 to :data:`HIGHEST_ORDER` (k, 2, 2): forces along x and y in kg m,
+    and the sums of both times the distance along z in kg m²; sums of magnitudes (2,) of all single masses; names of
+    bodies that are not included
+    """
+    forces, size = _reciprocating(engine, middle)
+    turning, more = _turning(engine, middle)
+    forces[1] += turning
+    left_out = []
+    for body in engine.body:
+        own = _added(engine, body, middle)
+        if own is None or own[0] > HIGHEST_ORDER:
+            left_out.append(body.name)
+        else:
+            forces[own[0]] += own[1]
+            more += np.abs(own[1]).sum(axis=1)
+    return forces, size + more, left_out
 
 
 def free_force_table(found: Mapping[str, Any]) -> Table:

@@ -11,6 +11,7 @@ from cranktrain.dynamics.model.numbers import LEAST_TOLERANCE, MOST_DELAY, MOST_
 from cranktrain.dynamics.time.integrators import INTEGRATORS, amplification, integrator, settles_films
 from cranktrain.dynamics.topology.bearings import film_parts
 from cranktrain.engine.articulated_rod import ARTICULATED
+from cranktrain.engine.checks.mounts import need_constant_mounts
 from cranktrain.engine.levels import BLOCKS, CRANKS, DAMPERS, ENCODERS, PISTONS
 from cranktrain.engine.model import Engine
 from cranktrain.film.laws.register import BIG_END, MAINS, Law, bearing_law, bearing_levels, usual_level
@@ -241,6 +242,8 @@ def check_levels(settings: Settings, engine: Engine) -> None:
     if settings.block == "flexible" and (engine.block is None or engine.mounts is None):
         lacking = "block" if engine.block is None else "mounts"
         raise InputError(f"engine '{engine.name}' has no [{lacking}]; add it, or leave the block ground")
+    if settings.block == "flexible":
+        need_constant_mounts(engine)
     if settings.damper == "fitted":
         required_damper(engine)
     if not keeps_peaks(settings.integrator, settings, engine):

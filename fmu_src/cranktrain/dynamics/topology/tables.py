@@ -7,7 +7,8 @@ from dataclasses import replace
 import numpy as np
 
 from cranktrain.core.errors import InputError
-from cranktrain.core.reduced_body import Array, ReducedBody, rigid_body
+from cranktrain.core.reduced_body import ReducedBody, rigid_body
+from cranktrain.core.rigid_slices import inertia_tensor
 from cranktrain.dynamics.topology.laws import connection_law, data_of, pieces_of
 from cranktrain.dynamics.topology.values import (
     AT_REST,
@@ -102,17 +103,9 @@ def _rigid(table: BodyTable, frame: Frame) -> ReducedBody:
     places = np.array([table.x, table.y, table.z]).T
     turn = np.column_stack([frame.turned(axis) for axis in np.eye(3)])
     return rigid_body(
-        table.name, table.mass, turn @ _tensor(table.inertia) @ turn.T, frame.local(np.array(table.centre)),
+        table.name, table.mass, turn @ inertia_tensor(table.inertia) @ turn.T, frame.local(np.array(table.centre)),
         {name: frame.local(place) for name, place in zip(table.interfaces, places, strict=True)},
     )  # fmt: skip
-
-
-def _tensor(moments: tuple[float, ...]) -> Array:
-    """Inertia tensor (3, 3) from three moments, or from six values xx, yy, zz, xy, xz, yz with products −∫ρ xy."""
-    tensor = np.diag(np.array(moments[:3]))
-    for value, (i, k) in zip(moments[3:], ((0, 1), (0, 2), (1, 2)), strict=False):
-        tensor[i, k] = tensor[k, i] = value
-    return tensor
 
 
 def held_on_crank(engine: Engine, more: Topology | None = None) -> list[str]:

@@ -7,6 +7,7 @@ from functools import partial
 import numpy as np
 
 from cranktrain.core.errors import InputError
+from cranktrain.core.rigid_slices import inertia_tensor
 from cranktrain.engine.model import Engine
 from cranktrain.engine.parts import Block, Mounts
 from cranktrain.engine.quantities import check_values, mm, need, need_equal_lengths
@@ -130,7 +131,8 @@ def check_mounts(mounts: Mounts) -> None:
     Raises ``InputError``, one line that starts with the key, or names the free motion.
     """
     need("mounts", "x", len(mounts.x) > 0, "is empty; give the place of each mount")
-    need_equal_lengths(mounts, "mounts")
+    need_equal_lengths(mounts, "mounts", *(key for key in vars(mounts) if not key.startswith("standing")))
+    _check_standing(mounts)
     stiffness = mount_stiffness(mounts)
     # Rotations are scaled by the mounts' largest distance from their centre, to compare radians with metres.
     places = np.array(mounts.positions)
@@ -143,6 +145,19 @@ def check_mounts(mounts: Mounts) -> None:
             f"mounts: they leave the engine free to move {free}; give stiffness in that direction or mounts that do "
             "not lie on one line"
         )
+
+
+def _check_standing(mounts: Mounts) -> None:
+    """Refuse a standing body that is not whole, or whose inertia no body has."""
+    centre, given = mounts.standing_centre, mounts.standing_inertia
+    if not (mounts.standing_mass or centre or given):
+        return
+    need("mounts", "standing_mass", mounts.standing_mass > 0.0, "is missing; the standing body needs it")
+    need("mounts", "standing_centre", len(centre) == 3, f"{len(centre)} values; give x, y and z")
+    need("mounts", "standing_inertia", len(given) in (3, 6), f"{len(given)} values; give three moments, or six")
+    values = np.linalg.eigvalsh(inertia_tensor(given))
+    text = "no body has it: each principal moment is positive and at most the sum of the others"
+    need("mounts", "standing_inertia", values[0] > 0.0 and values[2] <= (1.0 + 1e-9) * (values[0] + values[1]), text)
 
 
 def mount_stiffness(mounts: Mounts) -> np.ndarray:

@@ -12,6 +12,7 @@ from cranktrain.core.errors import InputError, nearest
 from cranktrain.engine.additions import check_additions, split_end
 from cranktrain.engine.checks.block import check_block, check_mounts
 from cranktrain.engine.checks.crankshaft import check_balance_weights, check_crankshaft, check_cylinders, check_damper
+from cranktrain.engine.checks.mounts import check_mount_dynamics
 from cranktrain.engine.checks.oil import check_oil
 from cranktrain.engine.checks.plausible import warn_of_doubts
 from cranktrain.engine.drive_line_chain import FURTHER, DriveLineChain
@@ -134,6 +135,7 @@ def check_engine(engine: Engine) -> None:
         warnings.warn(f"{engine.name}: {text}", stacklevel=2)
     if engine.mounts is not None:
         check_mounts(engine.mounts)
+    check_mount_dynamics(engine)
     text = "is that of trunk pistons in their liners and has no guide of a crosshead; leave [block] or crosshead out"
     need("block", "deck_height", engine.block is None or not engine.cylinders.crosshead, text)
     few = len(engine.damping.torsional_ratios) <= 2

@@ -17,6 +17,7 @@ from scipy.optimize import linear_sum_assignment
 from cranktrain.core.errors import InputError
 from cranktrain.core.reduced_body import ReducedBody, rigid
 from cranktrain.core.types import Array
+from cranktrain.engine.checks.mounts import need_constant_mounts
 from cranktrain.engine.model import Engine
 from cranktrain.structure.block.reduction import complete_block
 from cranktrain.structure.crank import modal as crank_modal
@@ -45,6 +46,7 @@ def block_modes(engine: Engine, crankshaft: ReducedBody, block: ReducedBody) -> 
     """
     if engine.mounts is None:
         raise InputError(f"engine '{engine.name}' has no table [mounts]; add it as in engine/data/diesel_i6.toml")
+    need_constant_mounts(engine)
     squares, modes = eigh(*cranktrain_matrices(engine, crankshaft, block=block))
     n = crankshaft.n_modes
     # No spring acts on the crank's rotation, so the first mode is the crank's rigid rotation; it is left out.

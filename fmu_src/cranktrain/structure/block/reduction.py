@@ -13,6 +13,7 @@ from pathlib import Path
 import numpy as np
 
 from cranktrain.core.reduced_body import Array, ReducedBody, attach, truncate
+from cranktrain.core.rigid_slices import inertia_tensor, part_moments
 from cranktrain.core.threads import one_thread
 from cranktrain.engine.model import Engine
 from cranktrain.structure.block import shape
@@ -25,7 +26,7 @@ from cranktrain.structure.block.mesh import (
 )
 from cranktrain.structure.block.shape import block_plan
 from cranktrain.structure.fem.craig_bampton import Flexibility
-from cranktrain.structure.fem.elasticity import FEModel
+from cranktrain.structure.fem.elasticity import FEModel, scalar_basis
 from cranktrain.structure.fem.own_body import is_body, read_body
 from cranktrain.structure.fem.own_mesh import check_names, check_places, content_digest, kept_path, mesh_unit
 from cranktrain.structure.fem.reduction import Progress, ReductionTask, reduced_structure
@@ -135,6 +136,32 @@ def heads(engine: Engine) -> list[tuple[str, float, Array, Array]]:
             offset = turn @ np.array([0.0, b.head_height, 0.5 * (front + rear) - place])
             parts.append((f"head[{number}]", b.head_mass, 0.5 * (inertia + inertia.T), offset))
     return parts
+
+
+def standing_moments(engine: Engine) -> Array:
+    """Mass moments (4, 4) about the origin of all that stands on an engine's mounts, kg, kg m, kg m².
+
+    They are those of the standing body of ``[mounts]`` if the file states it, else of block and heads, from the reduced
+    block if it is in the cache, else from the mesh. Raises ``InputError`` as :func:`reduced_block`.
+    """
+    mounts = engine.mounts
+    if mounts is not None and mounts.standing_mass:
+        return part_moments(
+            mounts.standing_mass, inertia_tensor(mounts.standing_inertia), np.array(mounts.standing_centre)
+        )
+    if stored_path(engine).exists():
+        body = complete_block(engine, reduced_block(engine))
+        own = body.inertia - body.mass * (body.centre @ body.centre * np.eye(3) - np.outer(body.centre, body.centre))
+        return part_moments(body.mass, own, body.centre)
+    plan = block_plan(engine)
+    basis = scalar_basis(block_mesh(plan))
+    places = np.asarray(basis.global_coordinates().value).reshape(3, -1)
+    extended = np.vstack((np.ones(places.shape[1]), places))
+    moments = plan.block.density * (extended * np.ravel(basis.dx)) @ extended.T
+    positions = interface_places(plan)
+    for name, mass, inertia, offset in heads(engine):
+        moments = moments + part_moments(mass, inertia, positions[name] + offset)
+    return np.asarray(moments)
 
 
 def block_loads(engine: Engine, tilting: bool = True) -> list[tuple[str, int]]:
