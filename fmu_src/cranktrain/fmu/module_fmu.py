@@ -45,7 +45,7 @@ def module_product(path: str | Path) -> Product:
     """Description of the FMU of a module file; ``InputError`` if the file cannot be used."""
     module = module_of(Path(path))
     made = module.read(Path(path))
-    interface = module_interface(module)
+    interface = module_interface(module).of(made.variant)
     return Product(
         model=interface.prefix + camel(made.name),
         title=made.title,

@@ -17,13 +17,14 @@ FOLDER = Path(__file__).parent
 
 
 class Contents(NamedTuple):
-    """Contents of a module file: name, title, sizes of the variable families, start values, and the FMU's data."""
+    """Contents of a module file: name, title, sizes of the variable families, start values, data, and kind of file."""
 
     name: str
     title: str
     counts: Mapping[str, int]
     starts: Mapping[str, Any]
     data: bytes
+    variant: str
 
 
 @dataclass(frozen=True)

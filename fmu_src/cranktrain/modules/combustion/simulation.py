@@ -14,7 +14,7 @@ from cranktrain.modules.crank_angle import INPUT_NOT_POSITIVE
 from cranktrain.modules.statuses import FAILED, REFUSED, NativeInterface, Statuses, common_statuses, options, with_names
 from cranktrain.modules.stepped_module import SteppedModule
 
-CONSTANT = ("model.gas", "model.tableau", "model.nodes", "model.defects")
+CONSTANT = ("model.gas", "model.burnt", "model.tableau", "model.nodes", "model.defects")
 NO_SOLUTION = (
     "its gas has no temperature or its steps became too short; check pressures and temperatures of the manifolds, "
     "fuel mass and lifts"
@@ -26,8 +26,9 @@ def native_interface(settings: CycleSettings, names: Mapping[str, str] | None = 
     """Interface of a combustion run with ``settings``; ``names`` are the user's names of the settings' fields."""
     count = len(settings.firing_angles)
     of_each = [f"cylinder[{i + 1}]." for i in range(count)]
-    inputs = (*at.COMMON_INPUTS, *(head + name for head in of_each for name in at.CYLINDER_INPUTS))
-    outputs = (*at.OUTPUTS, *(head + name for head in of_each for name in at.CYLINDER_OUTPUTS))
+    named = at.SPARKED if settings.sparks else {}
+    inputs = (*at.COMMON_INPUTS, *(head + named.get(name, name) for head in of_each for name in at.CYLINDER_INPUTS))
+    outputs = (*at.OUTPUTS, *(head + named.get(name, name) for head in of_each for name in at.CYLINDER_OUTPUTS))
     numbers = (*at.RUN_NUMBERS, *(f"firing_angles[{i + 1}]" for i in range(count)))
     choices = {name: options(values) for name, values in CHOICES.items()}
     known: Statuses = {
