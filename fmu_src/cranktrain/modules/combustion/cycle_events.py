@@ -150,11 +150,11 @@ def spark(model, work, state, i, base):
     n, mass, air = model.numbers, state[base + at.MASS], fresh_air(state, base)
     pressure, temperature = state[base + at.PRESSURE], state[base + at.TEMPERATURE]
     share, ratio = state[base + at.PRODUCTS] / mass, state[base + at.RATIO]
-    if ratio < LEAN_LIMIT:
-        state[base + at.PHASE] = at.WAITING
-        return
     # All fuel of a rich charge burns, partly to carbon monoxide and hydrogen.
     fuel = n[at.BURN_EFFICIENCY] * min(state[base + at.VAPOUR], MOST_BURNT * air * ratio / n[at.AIR_DEMAND])
+    if ratio < LEAN_LIMIT or fuel <= 0.0:
+        state[base + at.PHASE] = at.WAITING
+        return
     factor = duration_factor(n, ratio, temperature, pressure, share, work.now[at.NOW_SPEED])
     state[base + at.SPARK_PRESSURE] = pressure
     state[base + at.SPARK_TEMPERATURE] = temperature

@@ -76,7 +76,7 @@ def friction_pressure(peak: float, piston_speed: float) -> float:
 
 def performance(settings: CycleSettings, speed: float) -> Performance:
     """Performance at a speed, rad/s, with the settings' fuel, timing and manifolds; all cylinders are equal."""
-    fired, motored = _cycle(settings, speed), _cycle(replace(settings, fuel_mass=0.0, air_ratio=0.0), speed)
+    fired, motored = settled_cycle(settings, speed), settled_cycle(replace(settings, fuel_mass=0.0, air_ratio=0.0), speed)
     closed = round((CLOSED + 4.0 * math.pi) / STEP) - 1
     air = fired["cylinder[1].mass"][closed] * (1.0 - fired["cylinder[1].products"][closed])
     fuel = settings.fuel_mass
@@ -107,7 +107,7 @@ def swept(settings: CycleSettings) -> float:
 
 def mean_pressure(settings: CycleSettings, speed: float) -> float:
     """Indicated mean effective pressure, Pa, of a settled cycle at a speed, rad/s."""
-    return float(_cycle(settings, speed)["indicated.pressure_mean"][-1])
+    return float(settled_cycle(settings, speed)["indicated.pressure_mean"][-1])
 
 
 def best_spark(settings: CycleSettings, speed: float) -> float:
@@ -167,8 +167,8 @@ def burn_scatter(settings: CycleSettings) -> float:
     return 0.5 * (low + high)
 
 
-def _cycle(settings: CycleSettings, speed: float) -> dict[str, NDArray[np.float64]]:
-    """Outputs of one cylinder's settled cycle, starting at firing dead centre, by name."""
+def settled_cycle(settings: CycleSettings, speed: float) -> dict[str, NDArray[np.float64]]:
+    """Outputs of one cylinder's settled cycle in steps of ``STEP``, the first one after firing dead centre, by name."""
     alone = replace(settings, firing_angles=(0.0,), start_cycles=SETTLE, angle_source="speed")
     simulation = CombustionSimulation(alone)
     simulation.inputs[simulation.input_names.index("crank.speed")] = speed
