@@ -1,6 +1,6 @@
 """Reference cycles of a spark-ignition engine with Cantera's equilibrium properties: tests/data/spark_reference.json.
 
-    python -m benchmarks.spark_reference tests/data/spark_reference.json    # pip install cantera, in an environment apart
+    python -m benchmarks.spark_reference tests/data/spark_reference.json    # in an environment with cantera and scipy
 
 A closed cylinder without wall heat is compressed, burnt by one Wiebe function, and expanded. Unburnt gas is iso-octane,
 air and residual gas of constant composition; burnt gas is in chemical equilibrium at the pressure of the cylinder. Two
@@ -60,9 +60,8 @@ def burnt_fraction(angle):
 
 
 def set_up(case):
-    """Phases at the closing of the intake, mass (kg), and mass of each gas before the burn."""
-    unburnt, burnt = gases()
-    mixed = unburnt
+    """Phases of unburnt and burnt gas at the closing of the intake, and the mass of the charge, kg."""
+    mixed, burnt = gases()
     mixed.set_equivalence_ratio(1.0 / case["air_ratio"], "C8H18,isooctane:1", AIR)
     elements = {name: mixed.elemental_mole_fraction(name) for name in ("C", "H", "O", "N", "Ar")}
     fresh = dict(zip(mixed.species_names, mixed.Y, strict=True))
@@ -154,20 +153,17 @@ def _cycle(case, pressure_of):
 
 def main():
     """Write all cases."""
-    found = {"bore": BORE, "stroke": STROKE, "rod": ROD, "compression_ratio": RATIO, "closes_deg": CLOSES,
-             "opens_deg": OPENS, "spark_deg": SPARK, "duration_deg": DURATION, "exponent": EXPONENT, "cases": {}}  # fmt: skip
+    found = {
+        "bore": BORE, "stroke": STROKE, "rod": ROD, "compression_ratio": RATIO, "closes_deg": CLOSES,
+        "opens_deg": OPENS,
+        "spark_deg": SPARK, "duration_deg": DURATION, "exponent": EXPONENT, "cases": {},
+    }  # fmt: skip
     for name, case in CASES.items():
         one, two = one_zone(case), two_zones(case)
-        print(
-            name,
-            f"{max(one):.5g} {max(two):.5g}",
-            max(abs(a - b) for a, b in zip(one, two, strict=True)) / max(two),
-            flush=True,
-        )
-        rounded = [[float(f"{value:.6g}") for value in values] for values in (one, two)]
-        unburnt, _, mass = set_up(case)
-        heat = {"mass": mass}
-        found["cases"][name] = {**case, **heat, "one_zone": rounded[0], "two_zones": rounded[1]}
+        apart = max(abs(a - b) for a, b in zip(one, two, strict=True)) / max(two)
+        print(f"{name}: peak {1e-6 * max(two):.4g} MPa; one temperature differs by {100.0 * apart:.2g} % of it")
+        pressures = [float(f"{value:.6g}") for value in two]
+        found["cases"][name] = {**case, "mass": set_up(case)[2], "pressures": pressures}
     Path(sys.argv[1]).write_text(json.dumps(found) + "\n", encoding="utf-8")
 
 

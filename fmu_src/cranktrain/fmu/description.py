@@ -59,7 +59,8 @@ class Variable:
     ``start``, ``min``, ``max`` and ``nominal`` are in ``unit``. ``choices`` are the valid values of a string.
     ``setting`` is the field of the simulation's settings that a parameter sets. ``start_of`` is the value of the
     model's data that gives the start value. ``terminals`` are the terminals of :mod:`cranktrain.fmu.terminals` that
-    contain it; ``only`` is the kind of model that has it, if not all. In interface.toml an entry may name a ``register``, whose rows follow its choices.
+    contain it; ``only`` is the kind of model that has it, if not all. In interface.toml an entry may name a
+    ``register``, whose rows follow its choices.
     """
 
     name: str

@@ -35,6 +35,7 @@ def module_model(module: Module, product: Product) -> NativeModel:
         slots=places,
         options={name: (places[name], values) for name, values in made.choices.items()},
         variant=lambda chosen: 0,
+        about=made.about,
         statuses={code: (kind == FAILED, text) for code, (kind, text) in made.statuses.items()},
         leaves=lambda: leaf_numbers(run, {name: name for name in LEAVES}),
         tables=images.sections,

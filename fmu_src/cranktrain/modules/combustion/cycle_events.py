@@ -28,6 +28,8 @@ MOST_BURNT = 0.999
 """Largest fraction of the air that can burn."""
 LEAN_LIMIT, RICHEST = 0.4, 1.8
 """Equivalence ratio below which a spark ignites nothing, and the largest one: fuel beyond it stays vapour."""
+RICHEST_MEANT = 1.0 / 0.6
+"""Equivalence ratio above which fuel or air must be mistaken; an FMU warns."""
 _AHEAD = 1.0e-9
 """Crank angle, rad, by which the valves are looked up ahead, so that a valve that begins to open counts as open."""
 _WEYL = np.uint64(0x9E3779B97F4A7C15)
@@ -141,7 +143,16 @@ def vaporise(model, state, base):
     state[base + at.ADDED_ENERGY] += energy
     # What is left of the last cycle's burnt gas counts as gas of the new ratio from here.
     air = max(state[base + at.AIR], 1.0e-12)
-    state[base + at.RATIO] = min(max(state[base + at.VAPOUR] * model.numbers[at.AIR_DEMAND] / air, LEANEST), RICHEST)
+    ratio = state[base + at.VAPOUR] * model.numbers[at.AIR_DEMAND] / air
+    state[base + at.RATIO] = min(max(ratio, LEANEST), RICHEST)
+    tell_rich(state, ratio)
+
+
+@kernel
+def tell_rich(state, ratio):
+    """Mark in the state that a charge was richer than any that is meant, ``RICHEST_MEANT``."""
+    if ratio > RICHEST_MEANT:
+        state[at.RICH] = 1.0
 
 
 @kernel
@@ -173,6 +184,7 @@ def inject(model, state, base):
     air = state[base + at.MASS] - state[base + at.PRODUCTS]
     state[base + at.AIR] = air
     state[base + at.RATIO] = state[base + at.FUEL] * model.numbers[at.AIR_DEMAND] / max(air, 1.0e-12)
+    tell_rich(state, state[base + at.RATIO])
     state[base + at.DELAY] = 0.0
     state[base + at.INJECTED] += state[base + at.FUEL]
     state[base + at.SOI_TIME] = state[base + at.CLOCK]

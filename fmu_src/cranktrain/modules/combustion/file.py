@@ -82,7 +82,7 @@ FILE = ModuleFile(
         "valves": "Valves of one cylinder: sizes, coefficients of curtain and port, the angles of the built-in lifts.",
         "manifolds": "Exhaust temperature, fraction of products in the intake, and pressures in place of the engine's.",
         "walls": "Factor on Woschni's coefficient, and swirl c_u/c_m.",
-        "scatter": "Coefficient of variation of the mean effective pressure, which the scatter of the burn is found for.",
+        "scatter": "Coefficient of variation of the mean effective pressure; the burn's scatter follows from it.",
     },
     variants={
         "compression ignition": ("injection", "ignition", "premixed", "diffusion"),

@@ -76,7 +76,10 @@ def friction_pressure(peak: float, piston_speed: float) -> float:
 
 def performance(settings: CycleSettings, speed: float) -> Performance:
     """Performance at a speed, rad/s, with the settings' fuel, timing and manifolds; all cylinders are equal."""
-    fired, motored = settled_cycle(settings, speed), settled_cycle(replace(settings, fuel_mass=0.0, air_ratio=0.0), speed)
+    fired, motored = (
+        settled_cycle(settings, speed),
+        settled_cycle(replace(settings, fuel_mass=0.0, air_ratio=0.0), speed),
+    )
     closed = round((CLOSED + 4.0 * math.pi) / STEP) - 1
     air = fired["cylinder[1].mass"][closed] * (1.0 - fired["cylinder[1].products"][closed])
     fuel = settings.fuel_mass
@@ -135,15 +138,22 @@ def best_spark(settings: CycleSettings, speed: float) -> float:
 def burn_scatter(settings: CycleSettings) -> float:
     """Scatter of the burn's duration that gives the settings' scatter of the mean pressure, at the reference speed.
 
-    The mean pressure is computed at durations over the whole range of the scatter, as a spline; its mean and deviation
-    follow by summing over the normal distribution, limited to ±3. The scatter of fuel and timing, if there is one, adds
-    to it. ``InputError`` if no scatter up to ``MOST_SCATTER`` suffices.
+    After a settled cycle, the mean pressure of the next one is computed at durations over the whole range of the
+    scatter, as a polynomial; mean and deviation follow by summing over the normal distribution, limited to ±3.
+    ``InputError`` if no scatter up to ``MOST_SCATTER`` suffices.
     """
-    calm = replace(settings, scatter_fuel=0.0, scatter_timing=0.0, scatter_burn=0.0)
     factors = np.linspace(LEAST_FACTOR, 1.0 + 3.0 * MOST_SCATTER, 12)
-    values = [mean_pressure(replace(calm, premixed_duration=factor * calm.premixed_duration,
-                                    diffusion_duration=factor * calm.diffusion_duration), settings.reference_speed)
-              for factor in factors]  # fmt: skip
+    start, values = _started(settings, settings.reference_speed), []
+    start.step(2.0 * math.pi / settings.reference_speed)
+    for factor in factors:
+        other = replace(start.settings, premixed_duration=factor * settings.premixed_duration,
+                        diffusion_duration=factor * settings.diffusion_duration)  # fmt: skip
+        simulation = CombustionSimulation(other)
+        simulation.inputs[:] = start.inputs
+        simulation.initialize()
+        simulation.state = start.state
+        simulation.step(6.0 * math.pi / settings.reference_speed)
+        values.append(simulation.outputs[simulation.output_names.index("indicated.pressure_mean")])
     fitted = np.polynomial.Polynomial.fit(factors, values, 8)
     place = np.linspace(-3.0, 3.0, 601)
     weight = np.exp(-0.5 * place**2)
@@ -169,13 +179,18 @@ def burn_scatter(settings: CycleSettings) -> float:
 
 def settled_cycle(settings: CycleSettings, speed: float) -> dict[str, NDArray[np.float64]]:
     """Outputs of one cylinder's settled cycle in steps of ``STEP``, the first one after firing dead centre, by name."""
-    alone = replace(settings, firing_angles=(0.0,), start_cycles=SETTLE, angle_source="speed")
-    simulation = CombustionSimulation(alone)
-    simulation.inputs[simulation.input_names.index("crank.speed")] = speed
-    simulation.initialize()
-    rows = []
+    simulation, rows = _started(settings, speed), []
     for k in range(round(8.0 * math.pi / STEP)):
         simulation.step((k + 1) * STEP / speed)
         rows.append(simulation.outputs.copy())
     last = np.array(rows[len(rows) // 2 :])
     return {name: last[:, k] for k, name in enumerate(simulation.output_names)}
+
+
+def _started(settings: CycleSettings, speed: float) -> CombustionSimulation:
+    """One cylinder without scatter at its firing dead centre, settled at a speed, rad/s."""
+    alone = replace(settings, firing_angles=(0.0,), start_cycles=SETTLE, angle_source="speed", scatter_burn=0.0)
+    simulation = CombustionSimulation(alone)
+    simulation.inputs[simulation.input_names.index("crank.speed")] = speed
+    simulation.initialize()
+    return simulation

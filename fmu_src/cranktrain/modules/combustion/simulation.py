@@ -46,7 +46,8 @@ def native_interface(settings: CycleSettings, names: Mapping[str, str] | None = 
         known[CYLINDER_FAILED + i + 1] = FAILED, f"cylinder {i + 1} fails: {NO_SOLUTION}"
         known[DEVIATION_TOO_LARGE + i + 1] = REFUSED, f"cylinder[{i + 1}].volume_deviation exceeds {MEND_DEVIATION}"
     statuses = with_names(common_statuses(inputs, numbers, choices) | known, names or {})
-    return NativeInterface(inputs, outputs, numbers, choices, CONSTANT, statuses)
+    about = {"limited": str(at.RICH), "told": CombustionSimulation.told}
+    return NativeInterface(inputs, outputs, numbers, choices, CONSTANT, statuses, about)
 
 
 class CombustionSimulation(SteppedModule):
@@ -67,8 +68,15 @@ class CombustionSimulation(SteppedModule):
     _kind: ClassVar[str] = "combustion"
     _kernels: ClassVar[Any] = run_record
 
+    told = "had a charge of lambda below 0.6, which burns as far as its air goes; check fuel and intake pressure"
+
     def __init__(self, settings: CycleSettings, gas: Array | None = None) -> None:
         super().__init__(settings, make_run(settings, gas), native_interface(settings))
+
+    @property
+    def limited(self) -> bool:
+        """True once a charge had a lambda below 0.6."""
+        return bool(self._current()[at.RICH] > 0.0)
 
     @property
     def n_cylinders(self) -> int:

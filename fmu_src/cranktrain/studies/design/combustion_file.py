@@ -53,7 +53,7 @@ def combustion_text(name: str, s: Sizes, engine: Engine) -> str:
     """Text of the module file ``name_combustion.toml`` of an engine that was made from these sizes."""
     found = (_fitted_petrol if s.fuel_name == PETROL else _fitted_diesel)(s, engine)
     lines = (
-        f"Combustion of {name}, made by cranktrain new: {'spark' if s.fuel_name == PETROL else 'compression'} ignition.",
+        f"Combustion of {name} by {'spark' if s.fuel_name == PETROL else 'compression'} ignition, by cranktrain new.",
         "Values found by running the module at the rated speed say so. Put in what you know; docs/combustion.md has",
         "the keys. Geometry, firing angles and the other ends of the valves' lifts are in the engine's file.",
     )
@@ -86,7 +86,9 @@ def _fitted_petrol(s: Sizes, engine: Engine) -> Found:
 
 def _fitted_diesel(s: Sizes, engine: Engine) -> Found:
     charged = engine.burn.intake_pressure > CHARGED
-    found = Found(math.radians(-10.0), engine.burn.intake_pressure if charged else AMBIENT, 0.4 * engine.burn.heat / 42.8e6)
+    found = Found(
+        math.radians(-10.0), engine.burn.intake_pressure if charged else AMBIENT, 0.4 * engine.burn.heat / 42.8e6
+    )
     for _ in range(ROUNDS):
         cycle = settled_cycle(_settings(s, engine, found), s.rated)
         reached, ratio = float(cycle["indicated.pressure_mean"][-1]), float(cycle["cylinder[1].air_ratio"][-1])
@@ -118,15 +120,15 @@ def _petrol(s: Sizes, found: Found) -> tuple[Block, ...]:
             chosen("hydrogen_per_carbon", 1.87, "1", "petrol"),
         )),
         Block("spark", "Initial inputs of the FMU.", (
-            derived("angle", math.degrees(found.angle), "deg", "largest torque at the rated speed, found by running the "
-                    "module; knock is not modelled and may ask for a later spark"),
+            derived("angle", round(math.degrees(found.angle), 1), "deg",
+                    "largest torque at the rated speed, found by running the module; knock is not modelled and may ask "
+                    "for a later spark"),
             chosen("air_ratio", s.fuel.air, "1", "lambda; a three-way catalyst wants 1"),
         )),
-        Block("burn", "One Wiebe function from the spark; speed, pressure, temperature, residual gas and lambda change its "
-              "duration.", (
+        Block("burn", "One Wiebe function from the spark; its duration follows speed and charge.", (
             chosen("duration", duration, "deg", "to 99.9 %, of the engine file's cycle: 10 to 90 % in 0.45 of it"),
             chosen("exponent", exponent, "1", "of the engine file's cycle"),
-            chosen("fraction", 1.0, "1", "all fuel burns by this function; less with a second_duration and second_exponent"),
+            chosen("fraction", 1.0, "1", "of the fuel; below 1 with a second_duration and second_exponent"),
             chosen("efficiency", 0.98, "1", "warm engines burn 95 to 98 % (Heywood 1988, section 3.5.4)"),
             derived("reference_speed", s.rated / RPM, "rev/min", "rated speed"),
             derived("reference_pressure", 1e-5 * found.pressure, "bar", rule),
@@ -137,7 +139,9 @@ def _petrol(s: Sizes, found: Found) -> tuple[Block, ...]:
 
 
 def _diesel(s: Sizes, found: Found) -> tuple[Block, ...]:
-    fuel = f"indicated mean effective pressure of {1e-5 * found.reached:.3g} bar at the rated speed, by running the module"
+    fuel = (
+        f"indicated mean effective pressure of {1e-5 * found.reached:.3g} bar at the rated speed, by running the module"
+    )
     reference = FITTED_SPEED / s.stroke / RPM
     return (
         Block("fuel", "Diesel fuel.", (
@@ -145,12 +149,13 @@ def _diesel(s: Sizes, found: Found) -> tuple[Block, ...]:
         )),
         Block("injection", "Initial inputs of the FMU.", (
             derived("mass", 1e6 * found.fuel, "mg", fuel),
-            derived("start", math.degrees(found.angle), "deg", f"peak of {PEAK_RATIO:g} times the compression pressure at "
-                    "the rated speed, found by running the module"),
+            derived("start", round(math.degrees(found.angle), 1), "deg",
+                    f"peak of {PEAK_RATIO:g} times the compression pressure at the rated speed, found by running"),
         )),
         Block("ignition", "Delay of Assanis et al. 2003.", (
             chosen("factor", 2.4, "ms", "Assanis et al. 2003, pressure in bar"),
-            chosen("exponent", 1.02, "1", "Assanis et al. 2003"), chosen("temperature", 2100.0, "K", "Assanis et al. 2003"),
+            chosen("exponent", 1.02, "1", "Assanis et al. 2003"),
+            chosen("temperature", 2100.0, "K", "Assanis et al. 2003"),
             chosen("by_ratio", 0.2, "1", "Assanis et al. 2003"),
         )),
         Block("premixed", "Fraction of Watson, Pilley and Marzouk 1980.", (
@@ -189,11 +194,14 @@ def _manifolds(s: Sizes, found: Found) -> Block:
     if charged and s.fuel_name != PETROL:
         rule = f"absolute; air for {s.fuel.air:g} times what the fuel needs, found by running the module"
     else:
-        rule = f"absolute; for {reached}, found by running the module" if charged else f"absolute; not charged: {reached}"
+        rule = (
+            f"absolute; for {reached}, found by running the module" if charged else f"absolute; not charged: {reached}"
+        )
     back = (0.9 if s.fuel_name != PETROL else 1.0) * found.intake if charged else 1.05e5
     return Block("manifolds", "Inputs of the FMU; less intake pressure is part load of a petrol engine.", (
         derived("intake_pressure", 1e-5 * found.intake, "bar", rule),
-        derived("exhaust_pressure", 1e-5 * back, "bar", "absolute; before the turbine" if charged else "absolute; silencer"),
+        derived("exhaust_pressure", 1e-5 * back, "bar",
+                "absolute; before the turbine" if charged else "absolute; before the silencer"),
         chosen("exhaust_temperature", 850.0 if s.fuel_name != PETROL else 1000.0, "K", "of what flows back"),
         chosen("intake_share", 0.0, "1", "no exhaust gas recirculation"),
     ))  # fmt: skip
