@@ -58,7 +58,9 @@ def draw(path: str) -> None:
         right.plot(SPARKS_DEG, np.array(found) / max(found), label=case)
     left.set(xlim=(-120, 150), xlabel="crank angle after firing dead centre / deg", ylabel="cylinder pressure / MPa")
     right.set(
-        ylim=(0.7, 1.01), xlabel="spark after firing dead centre / deg", ylabel="mean effective pressure over its largest"
+        ylim=(0.7, 1.01),
+        xlabel="spark after firing dead centre / deg",
+        ylabel="mean effective pressure over its largest",
     )
     for ax in (left, right):
         ax.grid(alpha=0.3)
