@@ -194,3 +194,13 @@ def test_a_charge_that_cannot_burn_is_told():
     simulation.inputs[simulation.input_names.index("cylinder[1].air_ratio")] = 0.4
     turn(simulation, 1440)
     assert simulation.limited and "lambda below 0.6" in simulation.told
+
+
+def test_a_restored_state_goes_on_to_the_bit():
+    """From the middle of a burn, as masters that repeat steps need."""
+    simulation = running(four())
+    turn(simulation, 365)
+    kept, time = simulation.state, simulation.time
+    first = turn(simulation, 90)
+    simulation.state = kept
+    assert simulation.time == time and np.array_equal(turn(simulation, 90), first)
