@@ -491,6 +491,11 @@ def combustion() -> str:
     return python("examples/combustion.py", "docs/combustion.png")
 
 
+def petrol() -> str:
+    """Spark ignition of the four by itself, and its picture."""
+    return python("examples/petrol.py", "docs/petrol.png")
+
+
 def combustion_coupling() -> str:
     """Combustion beside the cranktrain: errors by scheme and communication step."""
     found = benchmark("combustion_coupling")
@@ -869,6 +874,7 @@ MADE: dict[str, tuple[str, Callable[[], str]]] = {
     "clients": ("fmu.md", clients),
     "combustion": ("combustion.md", combustion),
     "combustion_coupling": ("combustion.md", combustion_coupling),
+    "petrol": ("combustion.md", petrol),
     "foreign_masters": ("how-to/couple.md", foreign_masters),
     "coupling_cost": ("how-to/couple.md", coupling_cost),
     "virtual_engine": ("how-to/couple.md", virtual_engine),

@@ -287,8 +287,7 @@ class CranktrainSlave(Fmi2Slave):
     def _tell_limit(self, time):
         self._told_limit = True
         print(
-            f"cranktrain: {self.instance_name}: warning: the step from {time:.9g} s took the work that is allowed and "
-            "went on at less accuracy; solver.limited tells of others",
+            f"cranktrain: {self.instance_name}: warning: the step from {time:.9g} s {self._simulation.told}",
             file=sys.stderr,
             flush=True,
         )

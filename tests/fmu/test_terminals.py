@@ -25,7 +25,8 @@ def products():
     for name in ("diesel_i6", "diesel_v8"):
         found[name[-2:]].append(engine_fmu.product(load_engine(name), engine_fmu.full_interface()))
     for name, path in module_files().items():
-        found[name[-2:]].append(module_fmu.module_product(path))
+        if name[-2:] in found:
+            found[name[-2:]].append(module_fmu.module_product(path))
     return found
 
 

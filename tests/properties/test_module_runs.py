@@ -30,6 +30,7 @@ SIMULATIONS = {"combustion": CombustionSimulation, "valvetrain": ValveTrainSimul
 OTHERS = tomllib.loads((Path(__file__).parents[1] / "data" / "module_parameters.toml").read_text("utf-8"))
 SPEED = 2000.0 * math.pi / 30.0
 CASES = [(module, engine) for module in SIMULATIONS for engine in ("i6", "v8")]
+CASES.append(("combustion", "four"))  # spark ignition
 
 
 def parts_of(module):
@@ -44,7 +45,7 @@ def shipped(module, engine):
 
 
 def variables(module, settings):
-    interface = read_interface(MODULES[module].folder, DESCRIPTION)
+    interface = read_interface(MODULES[module].folder, DESCRIPTION).of(getattr(settings, "variant", ""))
     return expand(interface.variables, {"cylinders": len(settings.firing_angles)}, vars(settings))
 
 

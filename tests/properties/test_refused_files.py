@@ -24,6 +24,7 @@ READERS = {
     "pressure": lambda path: GasTrace.from_csv(path, load_engine("diesel_i6")), "chain": read_chain,
     "measured-orders": read_measured_orders, "valve-train": lambda path: module_of(path).read(path),
     "combustion": lambda path: module_of(path).read(path), "drive-line": read_drive_line,
+    "spark-ignition": lambda path: module_of(path).read(path),
     "targets": lambda path: load_targets(path, load_engine("diesel_i6")), "drive-line-csv": read_drive_line,
     "valve-trains": load_harness, "wear-schedule": read_schedule,
 }  # fmt: skip

@@ -143,6 +143,12 @@ def test_valve_train(tmp_path, capsys):
     assert picture.stat().st_size > 10_000 and "| 2000 | 8.5 |" in capsys.readouterr().out
 
 
+def test_petrol(tmp_path, capsys):
+    picture = tmp_path / "petrol.png"
+    assert example("petrol").main(str(picture)) == pytest.approx(10.74e6, rel=2e-3)
+    assert picture.stat().st_size > 10_000 and "| idle | 900 | 0.32 |" in capsys.readouterr().out
+
+
 def test_combustion_calibration(tmp_path, capsys):
     """A trace that the module itself made is met by the fit, and its peak pressure over the speed by that trace's."""
     module = example("combustion_calibration")

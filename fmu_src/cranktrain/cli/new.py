@@ -13,6 +13,7 @@ from cranktrain.core.typed_file import between
 from cranktrain.core.units import RPM
 from cranktrain.engine.file import check_name, engine_of, load_engine
 from cranktrain.engine.model import Engine
+from cranktrain.modules.register import module_beside
 from cranktrain.results.views.found import VerbResult
 from cranktrain.store.whole_file import marked, whole_file
 from cranktrain.studies.design.balance import cylinder_places, free_forces
@@ -34,11 +35,13 @@ DESCRIPTION = f"""\
 Write a complete engine file from a layout and a few sizes.
 
 Every value follows from a stated rule of practice, which its note names; the file runs at once. Put in what is known.
+NAME_combustion.toml beside it describes its combustion, from which couple and harness build an FMU.
 With --cad FILE the crankshaft of a STEP file gives layout and dimensions; its mesh NAME_crank.msh with named surfaces
 and a picture of what was found, NAME_crank.png, are written beside the engine file.
 Layouts: {", ".join(LAYOUTS)}.
 """
 KIND = marked("engine file", "[crankshaft]")
+MODULE_KIND = marked("module file", "[manifolds]")
 NAME = Subject("name", "NAME", "of the engine: letters, digits and _; the file is NAME.toml")
 LayoutWord = Literal[
     "single", "i2", "i3", "i4", "i5", "i6", "i7", "i8", "i9", "i10", "i11", "i12", "v2", "v4", "v6", "v6_60", "v6_90",
@@ -153,11 +156,13 @@ def answer(named: str, ask: NewEngine) -> VerbResult:
     name = named[:-5] if named.lower().endswith(".toml") else named
     check_name(name, "NAME")
     path = Path(f"{name}.toml")
-    for own in (path, *(cad.step_files(name) if ask.cad else ())):
+    beside = module_beside("combustion", path)
+    for own in (path, beside, *(cad.step_files(name) if ask.cad else ())):
         if own.exists() and not ask.force:
             raise InputError(f"{own}: exists; give --force to replace it, or take another name")
     if ask.cad is not None:
         made = cad.engine_of_step(ask, name, equipment_of(ask))
+        _write_combustion(beside, name, made.sizes, path)
         report = _report(made.sizes, path, equipment_of(ask)) | cad.step_report(made, name)
         return VerbResult.of(report, "new")
     found = _sizes(ask)
@@ -165,7 +170,17 @@ def answer(named: str, ask: NewEngine) -> VerbResult:
     with whole_file(path, KIND) as temporary:
         temporary.write_text(text, encoding="utf-8")
         load_engine(temporary)
+    _write_combustion(beside, name, found, path)
     return VerbResult.of(_report(found, path, equipment_of(ask)), "new")
+
+
+def _write_combustion(beside: Path, name: str, found: Sizes, path: Path) -> None:
+    """Write the module file of the combustion beside an engine file."""
+    from cranktrain.studies.design.combustion_file import combustion_text
+
+    text = combustion_text(name, found, load_engine(path))
+    with whole_file(beside, MODULE_KIND) as temporary:
+        temporary.write_text(text, encoding="utf-8")
 
 
 def equipment_of(ask: NewEngine) -> Equipment:
@@ -194,7 +209,8 @@ def _report(s: Sizes, path: Path, equipped: Equipment) -> dict[str, Any]:
     row, places = s.layout, cylinder_places(load_engine(path))
     free = free_forces(row, places.along)._asdict()
     return {
-        "file": str(path), "layout": row.name, "cylinders": row.cylinders, "bank_angle_deg": row.bank_deg,
+        "file": str(path), "combustion": str(module_beside("combustion", path)), "layout": row.name,
+        "cylinders": row.cylinders, "bank_angle_deg": row.bank_deg,
         "displacement_l": 1e3 * s.displacement, "rod_mm": 1e3 * s.rod_length, "fuel": s.fuel_name,
         "firing_order": list(row.order), "intervals_deg": list(row.intervals_deg), "fires_evenly": row.even,
         "free_forces": free | {"distance_mm": 1e3 * places.distance, "distance_of": places.words}, "note": row.note,
@@ -202,6 +218,7 @@ def _report(s: Sizes, path: Path, equipped: Equipment) -> dict[str, Any]:
         "imep_bar": 1e-5 * s.imep, "mechanical_efficiency": MECHANICAL_EFFICIENCY,
         "next": [
             f"cranktrain modal {path} --crank beam",
+            f"cranktrain couple {path} --speed {s.best / RPM:g} --no-valvetrain",
             f"cranktrain runup {path} --from {s.lowest / RPM:g} --to {s.rated / RPM:g} --step {_step(s):g} "
             f"--crank torsional --method harmonic-balance {'--damper ' if equipped.damper else ''}--plots {path.stem}",
             *([f"cranktrain simulate {path} --speed {s.best / RPM:g} --block flexible --step-deg 0.5"]
@@ -230,6 +247,7 @@ def show(report: VerbResult) -> None:
         f"{report['brake_power_kw']:.3g} kW at {report['rated_rpm']:.0f} rev/min "
         f"(indicated mean effective pressure {report['imep_bar']:.3g} bar)"
     )
+    print(f"{report['combustion']}: its combustion, for couple, harness and fmu")
     where = f"; moments times {free['distance_mm']:.4g} mm, the distance of {free['distance_of']}"
     print(
         f"Oscillating masses leave free: first order {free['first']:.3g}, moment {free['first_moment']:.3g}; second "

@@ -2,6 +2,7 @@
 
 from abc import ABC, abstractmethod
 from collections.abc import Sequence
+from typing import ClassVar
 
 import numpy as np
 
@@ -25,6 +26,8 @@ class SteppedModel(ABC):
     output_names: tuple[str, ...]
     outputs: Array
     _inputs: Array
+    told: ClassVar[str] = ""
+    """Warning of a ``limited`` step, after its time."""
     _state: Array | None = None
 
     @property
@@ -38,7 +41,7 @@ class SteppedModel(ABC):
 
     @property
     def limited(self) -> bool:
-        """True if the last step was cut short because it reached its limit of work; most models have no such limit."""
+        """True if the last step has something to warn of, which ``told`` says; most models have nothing."""
         return False
 
     @property

@@ -204,6 +204,8 @@ class Simulation(SteppedModel):
         self._end_step()
         self.model.gas[:] = gas_tables(self.gas)
 
+    told = "took the work that is allowed and went on at less accuracy; solver.limited tells of others"
+
     @property
     def limited(self) -> bool:
         """True if the last communication step reached ``work_limit`` and was cut short."""

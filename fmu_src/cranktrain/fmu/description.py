@@ -59,7 +59,8 @@ class Variable:
     ``start``, ``min``, ``max`` and ``nominal`` are in ``unit``. ``choices`` are the valid values of a string.
     ``setting`` is the field of the simulation's settings that a parameter sets. ``start_of`` is the value of the
     model's data that gives the start value. ``terminals`` are the terminals of :mod:`cranktrain.fmu.terminals` that
-    contain it. In interface.toml an entry may name a ``register``, whose rows follow its choices.
+    contain it; ``only`` is the kind of model that has it, if not all. In interface.toml an entry may name a
+    ``register``, whose rows follow its choices.
     """
 
     name: str
@@ -76,6 +77,7 @@ class Variable:
     setting: str | None = None
     start_of: str | None = None
     terminals: tuple[str, ...] = ()
+    only: str = ""
     reference: int = -1
 
     @property
@@ -135,6 +137,10 @@ class Interface:
     speed: str
     reference: Mapping[str, Sequence[float]]
     clock: Clock | None = None
+
+    def of(self, kind: str) -> "Interface":
+        """Interface of a kind of model, without the variables of other kinds."""
+        return replace(self, variables=tuple(v for v in self.variables if v.only in ("", kind)))
 
     @property
     def experiment(self) -> Element:

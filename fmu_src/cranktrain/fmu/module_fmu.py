@@ -35,6 +35,7 @@ def module_model(module: Module, product: Product) -> NativeModel:
         slots=places,
         options={name: (places[name], values) for name, values in made.choices.items()},
         variant=lambda chosen: 0,
+        about=made.about,
         statuses={code: (kind == FAILED, text) for code, (kind, text) in made.statuses.items()},
         leaves=lambda: leaf_numbers(run, {name: name for name in LEAVES}),
         tables=images.sections,
@@ -45,7 +46,7 @@ def module_product(path: str | Path) -> Product:
     """Description of the FMU of a module file; ``InputError`` if the file cannot be used."""
     module = module_of(Path(path))
     made = module.read(Path(path))
-    interface = module_interface(module)
+    interface = module_interface(module).of(made.variant)
     return Product(
         model=interface.prefix + camel(made.name),
         title=made.title,

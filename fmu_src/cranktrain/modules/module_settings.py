@@ -14,9 +14,13 @@ from cranktrain.core.errors import InputError, StoreError, nearest
 Settings = TypeVar("Settings", bound=Any)
 
 
-def stated(place: str, default: Any = MISSING) -> dict[str, Any]:
-    """Metadata of a setting that a module file states at ``table.key``, with its default if the key is left out."""
-    return {"file": place, "default": default}
+def stated(place: str, default: Any = MISSING, **also: Any) -> dict[str, Any]:
+    """Metadata of a setting that a module file states at ``table.key``, with its default if the key is left out.
+
+    ``also`` are other places, in tables that some files have in place of the first one, with their defaults; their
+    points are written as two underscores.
+    """
+    return {"files": {place: default} | {name.replace("__", "."): value for name, value in also.items()}}
 
 
 def to_bytes(settings: Any) -> bytes:

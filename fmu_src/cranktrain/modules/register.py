@@ -17,13 +17,14 @@ FOLDER = Path(__file__).parent
 
 
 class Contents(NamedTuple):
-    """Contents of a module file: name, title, sizes of the variable families, start values, and the FMU's data."""
+    """Contents of a module file: name, title, sizes of the variable families, start values, data, and kind of file."""
 
     name: str
     title: str
     counts: Mapping[str, int]
     starts: Mapping[str, Any]
     data: bytes
+    variant: str
 
 
 @dataclass(frozen=True)
@@ -88,13 +89,26 @@ def shipped_for_engines(module: str) -> dict[str, str]:
     }
 
 
-def module_of_engine(module: str, engine: str) -> str:
-    """Name of the shipped module file for an engine; ``InputError`` if there is none."""
+def module_beside(module: str, engine: str | Path) -> Path:
+    """Path of the module file that belongs to an engine file: ``NAME_module.toml`` beside ``NAME.toml``."""
+    return Path(engine).with_name(f"{Path(engine).stem}_{module}.toml")
+
+
+def module_of_engine(module: str, engine: str, file: str | Path = "") -> str:
+    """Module file for an engine: path of the one beside its ``file``, or name of the one that ships for it.
+
+    ``InputError`` if there is neither.
+    """
+    own = module_beside(module, file) if ending(str(file)) == ".toml" else None
+    if own is not None and own.exists():
+        return str(own)
     shipped = shipped_for_engines(module)
     if engine not in shipped:
+        place = "" if own is None else f", and {own.name} is not beside it"
+        maker = " (cranktrain new writes one with an engine)" if module == "combustion" else ""
         raise InputError(
-            f"no {module} ships for engine '{engine}', only for {', '.join(shipped)}; build its FMU from a "
-            "module file of your own, and give its path"
+            f"no {module} ships for engine '{engine}', only for {', '.join(shipped)}{place}; build its FMU from a "
+            f"module file of your own{maker}, and give its path"
         )
     return shipped[engine]
 

@@ -2,6 +2,7 @@
 
 import math
 from collections.abc import Iterable, Mapping
+from types import MappingProxyType
 from typing import NamedTuple
 
 from cranktrain.modules import crank_angle as crank
@@ -28,6 +29,7 @@ class NativeInterface(NamedTuple):
     choices : for numbers that represent texts: the options and their values
     constant : arrays of the run that no kernel writes
     statuses : kind and text of each status except 0
+    about : further entries of a native FMU, see :class:`cranktrain.fmu.native.interface.NativeModel`
     """
 
     inputs: tuple[str, ...]
@@ -36,6 +38,7 @@ class NativeInterface(NamedTuple):
     choices: Mapping[str, Mapping[str, float]]
     constant: tuple[str, ...]
     statuses: Statuses
+    about: Mapping[str, str] = MappingProxyType({})
 
 
 def options(names: Iterable[str]) -> dict[str, float]:

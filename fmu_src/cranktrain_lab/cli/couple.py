@@ -159,8 +159,9 @@ def fmus(named: str | Path | Engine, ask: Couple, folder: Path) -> tuple[Path, P
     own_fmus = {COMBUSTION: ask.combustion, VALVETRAIN: ask.valvetrain}
     left_out = {COMBUSTION: measured is not None, VALVETRAIN: ask.no_valvetrain}
     wanted = [name for name in own_fmus if not left_out[name]]
+    file = "" if isinstance(named, Engine) else named
     try:
-        own = {name: module_of_engine(name, engine.name) for name in wanted if not own_fmus[name]}
+        own = {name: module_of_engine(name, engine.name, file) for name in wanted if not own_fmus[name]}
     except InputError as error:
         if ask.no_valvetrain:
             raise InputError(f"{error}; or give measured pressures with --pressure") from None

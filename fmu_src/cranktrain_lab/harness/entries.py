@@ -43,7 +43,8 @@ class Change:
     """Linear change of an input to a new value between two times, or a jump if the times are equal.
 
     ``value`` None is the start value; ``unit`` is the unit of measurement, empty for the input's own. The unit in
-    ``target`` is empty if only one unit has this input.
+    ``target`` is empty if only one unit has this input. ``other`` takes its place if no unit has it: spark ignition has
+    an air ratio for the fuel.
     """
 
     target: Variable
@@ -51,6 +52,7 @@ class Change:
     end: float
     value: float | None
     unit: str = ""
+    other: Variable | None = None
 
 
 @dataclass(frozen=True)

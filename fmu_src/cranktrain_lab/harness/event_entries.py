@@ -28,10 +28,10 @@ def changes(given: Mapping[str, Entries], units: Mapping[str, Any], times: Times
         found += _signal(at, table, units, times)
     for at, table in given["misfire"]:  # a cylinder without fuel, from a time on or between two times
         begin, end = times.event(table, at)
-        target = "", f"cylinder[{table.cylinder}].fuel_mass"
-        found.append(Change(target, begin, begin, 0.0))
+        target, other = (("", f"cylinder[{table.cylinder}].{name}") for name in ("fuel_mass", "air_ratio"))
+        found.append(Change(target, begin, begin, 0.0, other=other))
         if math.isfinite(end):
-            found.append(Change(target, end, end, None))
+            found.append(Change(target, end, end, None, other=other))
     found.sort(key=lambda change: (change.target, change.begin, change.end))
     for one, next_ in pairwise(found):
         if one.target == next_.target and next_.begin < one.end:

@@ -247,6 +247,8 @@ def _target(change: Change, units: Mapping[str, FmuUnit], where: str) -> Variabl
     if unit:
         return unit, name
     having = [key for key, one in units.items() if name in one.inputs]
+    if not having and change.other is not None:
+        return _target(replace(change, target=change.other, other=None), units, where)
     if len(having) != 1:
         said = f"units {', '.join(having)} have this input" if having else "no unit has this input"
         inputs = [key for one in units.values() for key in one.inputs]

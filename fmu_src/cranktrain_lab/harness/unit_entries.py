@@ -71,7 +71,7 @@ def _defaults(path: Path, document: HarnessTable) -> dict[str, str]:
         return found
     own = tables.get(COMBUSTION, UnitTable())
     if own.fmu is None and own.build is None:
-        found = {COMBUSTION: module_of_engine(COMBUSTION, name)} | found
+        found = {COMBUSTION: module_of_engine(COMBUSTION, name, engine)} | found
     if document.valvetrain is False:
         if VALVETRAIN in tables:
             raise InputError("valvetrain = false leaves out what [units.valvetrain] gives; leave one of them out")

@@ -55,7 +55,7 @@ def engine_model(model: FlatModel, product: Product, say: Callable[[str], None] 
         variant=variants.row,
         families=families_of(counts),
         statuses={code: (kind == FAILED, text) for code, (kind, text) in statuses(input_names(model.engine)).items()},
-        about={"limited": str(LIMITED), "each_point": str(EACH_POINT)},
+        about={"limited": str(LIMITED), "told": Simulation.told, "each_point": str(EACH_POINT)},
         leaves=variants.leaves,
         tables=variants.tables,
     )

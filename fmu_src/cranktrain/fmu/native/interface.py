@@ -32,7 +32,7 @@ class NativeModel:
     variant : function from a combination of levels, ``{setting: text}``, to its row; ``InputError`` if it is refused
     families : for each output in order, the rows of the output families to be evaluated for it
     statuses : texts of statuses, and True for a failed step (False for refused input)
-    about : further entries of INFO
+    about : further entries of INFO: ``limited``, a place in the state, and ``told``, what to warn of if it is not 0
     leaves : function that returns the numbers of the leaves of a run that the C side uses, by its names for them
     tables : function that returns the sections of the variants, after ``variant`` was called for all of them
     """

@@ -5,7 +5,6 @@ import math
 from cranktrain.core.kernel import kernel
 from cranktrain.modules.combustion import slots as at
 from cranktrain.modules.combustion.cylinder import OK, fill, swept_volume, volume, volume_rate
-from cranktrain.modules.combustion.gas import enthalpy
 from cranktrain.modules.combustion.stepping import advance_cylinder
 from cranktrain.modules.combustion.volume_deviation import follow_deviation
 from cranktrain.modules.crank_angle import cycle_angle, keep_received, turned
@@ -18,19 +17,18 @@ N_OUTPUTS, N_OF_CYLINDER = len(at.OUTPUTS), len(at.CYLINDER_OUTPUTS)
 ) = range(N_OUTPUTS)  # fmt: skip
 (
     OUT_PRESSURE, OUT_TEMPERATURE, OUT_MASS, OUT_PRODUCTS, OUT_CYLINDER_IMEP, OUT_PEAK, OUT_PEAK_ANGLE,
-    OUT_CYLINDER_HEAT, OUT_CYLINDER_WALL, OUT_DELAY, OUT_DEVIATION,
+    OUT_CYLINDER_HEAT, OUT_CYLINDER_WALL, OUT_DELAY, OUT_DEVIATION, OUT_AIR, OUT_RATIO,
 ) = range(N_OF_CYLINDER)  # fmt: skip
 
 
 @kernel
-def hold_inputs(model, work, inputs):
+def hold_inputs(work, inputs):
     """Copy the inputs common to all cylinders, which are constant over a communication step."""
     now = work.now
     now[at.NOW_INTAKE_P] = inputs[at.INTAKE_P]
     now[at.NOW_INTAKE_T] = inputs[at.INTAKE_T]
     now[at.NOW_EXHAUST_P] = inputs[at.EXHAUST_P]
     now[at.NOW_EXHAUST_T] = inputs[at.EXHAUST_T]
-    now[at.INTAKE_H] = enthalpy(model.gas, model.numbers[at.INTAKE_SHARE], inputs[at.INTAKE_T])
 
 
 @kernel
@@ -71,7 +69,7 @@ def follow_lifts(model, work, state, base, place, inputs, interval):
 @kernel
 def advance(model, work, state, inputs, interval):
     """Advance all cylinders by an interval, s. Return a status; ``work.counters`` has a failed cylinder's number."""
-    hold_inputs(model, work, inputs)
+    hold_inputs(work, inputs)
     take_lifts(model, work, state, inputs)
     turn = turned(state, inputs, interval, model.choices[at.GIVEN_ANGLE], model.choices[at.ENDS])
     work.now[at.NOW_SPEED] = turn / interval
@@ -94,7 +92,7 @@ def advance(model, work, state, inputs, interval):
 @kernel
 def fill_all(model, work, state, inputs):
     """Fill all cylinders at rest with intake gas, and set angles from the inputs."""
-    hold_inputs(model, work, inputs)
+    hold_inputs(work, inputs)
     state[at.OWN_ANGLE] = inputs[at.ANGLE]
     state[at.PARTNER_ANGLE] = inputs[at.ANGLE]
     for i in range(model.firing.shape[0]):
@@ -139,9 +137,11 @@ def observe(model, work, state, out):
         out[OUT_FUEL] += state[base + at.BURNT]
         out[OUT_INTAKE] += state[base + at.INTAKE]
         out[OUT_EXHAUST] += state[base + at.EXHAUST]
-        gained = state[base + at.BURNT] + state[base + at.INTAKE] - state[base + at.EXHAUST]
+        fuel = state[base + at.ADDED] if n[at.SPARKS] > 0.0 else state[base + at.BURNT]
+        gained = fuel + state[base + at.INTAKE] - state[base + at.EXHAUST]
         out[OUT_MASS_BALANCE] += state[base + at.MASS] - state[base + at.FIRST_MASS] - gained
         heat = state[base + at.BURNT] * n[at.HEATING_VALUE] - state[base + at.WALL] - state[base + at.WORK]
+        heat += state[base + at.ADDED_ENERGY]
         carried = state[base + at.INTAKE_ENTHALPY] - state[base + at.EXHAUST_ENTHALPY]
         out[OUT_ENERGY_BALANCE] += state[base + at.ENERGY] - state[base + at.FIRST_ENERGY] - heat - carried
         out[first + OUT_PRESSURE] = state[base + at.PRESSURE]
@@ -155,6 +155,11 @@ def observe(model, work, state, out):
         out[first + OUT_CYLINDER_WALL] = state[base + at.CYCLE_WALL]
         out[first + OUT_DELAY] = state[base + at.CYCLE_DELAY]
         out[first + OUT_DEVIATION] = state[base + at.DEVIATION]
+        out[first + OUT_AIR] = state[base + at.AIR]
+        out[first + OUT_RATIO] = state[base + at.FUEL]
+        if n[at.SPARKS] == 0.0:
+            asked = state[base + at.FUEL] * n[at.AIR_DEMAND]
+            out[first + OUT_RATIO] = state[base + at.AIR] / asked if asked > 0.0 else 0.0
     out[OUT_STEPS] = state[at.STEPS]
     out[OUT_REJECTED] = state[at.REJECTED]
     return OK

@@ -15,6 +15,9 @@ from cranktrain.core.kernel import kernel
 from cranktrain.modules.combustion import slots as at
 from cranktrain.modules.combustion.burn import DURATION_BY_RATIO, DURATION_BY_SPEED, LEANEST, premixed_share
 from cranktrain.modules.combustion.cylinder import lifts, volume
+from cranktrain.modules.combustion.gas import AIR_ROW, R_GAS, VAPOUR_ROW, enthalpy
+from cranktrain.modules.combustion.mixture import vapour_shift
+from cranktrain.modules.combustion.spark import duration_factor
 from cranktrain.modules.combustion.volume_deviation import deviation
 
 SAMPLED = -math.radians(100.0)
@@ -23,6 +26,10 @@ LATEST = math.radians(60.0)
 """Crank angle after which a charge does not ignite any more, rad."""
 MOST_BURNT = 0.999
 """Largest fraction of the air that can burn."""
+LEAN_LIMIT, RICHEST = 0.4, 1.8
+"""Equivalence ratio below which a spark ignites nothing, and the largest one: fuel beyond it stays vapour."""
+RICHEST_MEANT = 1.0 / 0.6
+"""Equivalence ratio above which fuel or air must be mistaken; an FMU warns."""
 _AHEAD = 1.0e-9
 """Crank angle, rad, by which the valves are looked up ahead, so that a valve that begins to open counts as open."""
 _WEYL = np.uint64(0x9E3779B97F4A7C15)
@@ -80,7 +87,7 @@ def next_angle(model, work, state, base):
 
 
 @kernel
-def pass_angle(model, state, i, base, inputs, angle):
+def pass_angle(model, work, state, i, base, inputs, angle):
     """Handle the events at a crank angle at which a step has ended."""
     phase = state[base + at.PHASE]
     if angle >= 2.0 * math.pi:
@@ -89,7 +96,10 @@ def pass_angle(model, state, i, base, inputs, angle):
     elif phase == at.WAITING and angle == SAMPLED:
         sample(model, state, i, base, inputs)
     elif phase == at.ARMED and angle == state[base + at.SOI]:
-        inject(model, state, base, inputs)
+        if model.numbers[at.SPARKS] > 0.0:
+            spark(model, work, state, i, base)
+        else:
+            inject(model, state, base)
     elif phase == at.DELAYED and angle == LATEST:
         state[base + at.PHASE] = at.WAITING
 
@@ -99,19 +109,82 @@ def sample(model, state, i, base, inputs):
     """Take the fuel and start of injection of a cycle from the inputs, with scatter."""
     n, seed, cycle = model.numbers, model.numbers[at.SEED], state[base + at.CYCLE]
     place = at.FIRST_CYLINDER + i * at.OF_CYLINDER
-    fuel = inputs[place + at.FUEL_MASS] * (1.0 + n[at.SCATTER_FUEL] * normal(seed, i, cycle, 0))
+    fuel = inputs[place + at.FUEL_MASS]
+    if n[at.SPARKS] > 0.0:
+        air = fresh_air(state, base)
+        state[base + at.AIR] = air
+        fuel = air / (fuel * n[at.AIR_DEMAND]) if fuel > 0.0 else 0.0
+    fuel *= 1.0 + n[at.SCATTER_FUEL] * normal(seed, i, cycle, 0)
     start = inputs[place + at.INJECTION] + n[at.SCATTER_TIMING] * normal(seed, i, cycle, 1)
     state[base + at.FUEL] = max(fuel, 0.0)
     state[base + at.SOI] = min(max(start, SAMPLED + 0.01), 0.9 * LATEST)
     if state[base + at.FUEL] > 0.0:
         state[base + at.PHASE] = at.ARMED
+        if n[at.SPARKS] > 0.0:
+            vaporise(model, state, base)
 
 
 @kernel
-def inject(model, state, base, inputs):
+def fresh_air(state, base):
+    """Mass of air in a cylinder outside its burnt gas, kg."""
+    return max(state[base + at.MASS] - state[base + at.PRODUCTS] - state[base + at.VAPOUR], 0.0)
+
+
+@kernel
+def vaporise(model, state, base):
+    """Add a cycle's fuel to the charge as vapour of the charge's temperature; ports and walls have evaporated it."""
+    fuel, t, gas = state[base + at.FUEL], state[base + at.TEMPERATURE], model.gas
+    heat = enthalpy(gas, 0.0, t) + vapour_shift(gas, t)[0]
+    energy = fuel * (heat - (gas[AIR_ROW, R_GAS] + gas[VAPOUR_ROW, R_GAS]) * t)
+    state[base + at.MASS] += fuel
+    state[base + at.VAPOUR] += fuel
+    state[base + at.ENERGY] += energy
+    state[base + at.ADDED] += fuel
+    state[base + at.ADDED_ENERGY] += energy
+    # What is left of the last cycle's burnt gas counts as gas of the new ratio from here.
+    air = max(state[base + at.AIR], 1.0e-12)
+    ratio = state[base + at.VAPOUR] * model.numbers[at.AIR_DEMAND] / air
+    state[base + at.RATIO] = min(max(ratio, LEANEST), RICHEST)
+    tell_rich(state, ratio)
+
+
+@kernel
+def tell_rich(state, ratio):
+    """Mark in the state that a charge was richer than any that is meant, ``RICHEST_MEANT``."""
+    if ratio > RICHEST_MEANT:
+        state[at.RICH] = 1.0
+
+
+@kernel
+def spark(model, work, state, i, base):
+    """Ignite a cylinder's charge by a spark: keep its state, and set fuel and durations of both parts of the burn."""
+    n, mass, air = model.numbers, state[base + at.MASS], fresh_air(state, base)
+    pressure, temperature = state[base + at.PRESSURE], state[base + at.TEMPERATURE]
+    share, ratio = state[base + at.PRODUCTS] / mass, state[base + at.RATIO]
+    # All fuel of a rich charge burns, partly to carbon monoxide and hydrogen.
+    fuel = n[at.BURN_EFFICIENCY] * min(state[base + at.VAPOUR], MOST_BURNT * air * ratio / n[at.AIR_DEMAND])
+    if ratio < LEAN_LIMIT or fuel <= 0.0:
+        state[base + at.PHASE] = at.WAITING
+        return
+    factor = duration_factor(n, ratio, temperature, pressure, share, work.now[at.NOW_SPEED])
+    state[base + at.SPARK_PRESSURE] = pressure
+    state[base + at.SPARK_TEMPERATURE] = temperature
+    state[base + at.SPARK_PRODUCTS] = share
+    state[base + at.SPARK_VAPOUR] = state[base + at.VAPOUR] / mass
+    state[base + at.SPARK_BURNT] = state[base + at.BURNT]
+    burn(model, state, i, base, n[at.BURN_FRACTION] * fuel, (1.0 - n[at.BURN_FRACTION]) * fuel, factor, factor)
+    if n[at.BURN_FRACTION] == 1.0:
+        state[base + at.DIFFUSION_FOR] = state[base + at.PREMIXED_FOR]
+    state[base + at.CYCLE_DELAY] = max(state[base + at.PREMIXED_FOR], state[base + at.DIFFUSION_FOR])
+
+
+@kernel
+def inject(model, state, base):
     """Begin the ignition delay of a cylinder, at the start of injection."""
     air = state[base + at.MASS] - state[base + at.PRODUCTS]
+    state[base + at.AIR] = air
     state[base + at.RATIO] = state[base + at.FUEL] * model.numbers[at.AIR_DEMAND] / max(air, 1.0e-12)
+    tell_rich(state, state[base + at.RATIO])
     state[base + at.DELAY] = 0.0
     state[base + at.INJECTED] += state[base + at.FUEL]
     state[base + at.SOI_TIME] = state[base + at.CLOCK]
@@ -130,15 +203,22 @@ def ignite(model, state, i, base):
     turning = (state[base + at.PHI] - state[base + at.SOI]) / max(delay, 1.0e-9)
     slower = (max(ratio, LEANEST) / n[at.REFERENCE_RATIO]) ** DURATION_BY_RATIO
     slower *= (max(turning, 1.0) / n[at.REFERENCE_SPEED]) ** DURATION_BY_SPEED
+    burn(model, state, i, base, share * fuel, (1.0 - share) * fuel, 1.0, slower)
+    state[base + at.CYCLE_DELAY] = delay
+
+
+@kernel
+def burn(model, state, i, base, first, second, first_factor, second_factor):
+    """Begin to burn the fuel (kg) of both Wiebe functions, with factors on their durations, which scatter together."""
+    n = model.numbers
     scattered = 1.0 + n[at.SCATTER_BURN] * normal(n[at.SEED], i, state[base + at.CYCLE], 2)
     # At any speed the charge must be burnt before the next one is sampled.
     longest = 2.0 * math.pi - 0.1 - state[base + at.PHI]
     state[base + at.IGNITION] = state[base + at.PHI]
-    state[base + at.PREMIXED_FUEL] = share * fuel
-    state[base + at.DIFFUSION_FUEL] = (1.0 - share) * fuel
-    state[base + at.PREMIXED_FOR] = min(max(scattered, 0.2) * n[at.PREMIXED_DURATION], longest)
-    state[base + at.DIFFUSION_FOR] = min(max(scattered, 0.2) * slower * n[at.DIFFUSION_DURATION], longest)
-    state[base + at.CYCLE_DELAY] = delay
+    state[base + at.PREMIXED_FUEL] = first
+    state[base + at.DIFFUSION_FUEL] = second
+    state[base + at.PREMIXED_FOR] = min(max(scattered, 0.2) * first_factor * n[at.PREMIXED_DURATION], longest)
+    state[base + at.DIFFUSION_FOR] = min(max(scattered, 0.2) * second_factor * n[at.DIFFUSION_DURATION], longest)
     state[base + at.PHASE] = at.BURNING
 
 

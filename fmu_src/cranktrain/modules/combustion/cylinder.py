@@ -5,7 +5,8 @@ import math
 from cranktrain.core.kernel import inlined_kernel, kernel
 from cranktrain.modules.combustion import slots as at
 from cranktrain.modules.combustion.burn import ignition_rate, wiebe_rate
-from cranktrain.modules.combustion.gas import enthalpy, gas_constant, heat_capacity, internal_energy, temperature_of
+from cranktrain.modules.combustion.gas import gas_constant, internal_energy
+from cranktrain.modules.combustion.mixture import mixture, temperature_of, two_zones
 from cranktrain.modules.combustion.valve_flow import built_in_lift, flow_slope, nozzle_flow, valve_area
 from cranktrain.modules.combustion.volume_deviation import deviation, deviation_rate
 from cranktrain.modules.combustion.wall_heat import COMBUSTION_TERM, MOTORED_EXPONENT, piston_term, woschni_coefficient
@@ -95,6 +96,21 @@ def wall_flow(model, now, state, base, pressure, temperature, volume):
     return coefficient * area * (temperature - n[at.WALL_TEMPERATURE])
 
 
+@inlined_kernel
+def flame(state, base, values):
+    """Fraction of a charge behind the flame of spark ignition, in a step that begins at the state; 1 without a flame.
+
+    The gas mixes, to one temperature, at the end of the burn or when a valve opens.
+    """
+    start, lasts = state[base + at.IGNITION], max(state[base + at.PREMIXED_FOR], state[base + at.DIFFUSION_FOR])
+    over = state[base + at.PHASE] != at.BURNING or state[base + at.PHI] >= start + lasts
+    if over or state[base + at.CLOSED] == 0.0:
+        return 1.0
+    return (values[at.BURNT] - state[base + at.SPARK_BURNT]) / (
+        state[base + at.PREMIXED_FUEL] + state[base + at.DIFFUSION_FUEL]
+    )
+
+
 @kernel
 def rates(model, work, state, base, phi, time, values, out):
     """Write time derivatives (N_INTEGRATED,) of ``values`` of the cylinder at ``base`` to ``out``. Return a status.
@@ -104,13 +120,24 @@ def rates(model, work, state, base, phi, time, values, out):
     """
     n, now, gas = model.numbers, work.now, model.gas
     mass = values[at.MASS]
-    share = values[at.PRODUCTS] / mass
-    t = temperature_of(gas, share, values[at.ENERGY] / mass, now[at.FOUND_T])
+    share, vapour, ratio = values[at.PRODUCTS] / mass, values[at.VAPOUR] / mass, state[base + at.RATIO]
     v = volume(n, phi) + deviation(now, time)
-    if not (mass > 0.0 and t > 0.0 and v > 0.0):
+    if not (mass > 0.0 and v > 0.0):
         return COLD
-    r = gas_constant(gas, share)
-    p = mass * r * t / v
+    sparks = n[at.SPARKS] > 0.0
+    x = flame(state, base, values) if sparks else 1.0
+    if x < 1.0:
+        p, t = two_zones(model, state, base, values, v, x, now[at.FOUND_P])
+        r = p * v / (mass * t)
+    else:
+        r = gas_constant(gas, share)
+        density = mass * r / v
+        t = temperature_of(model, share, vapour, ratio, density, values[at.ENERGY] / mass, now[at.FOUND_T])
+        if sparks:
+            r = mixture(model, share, vapour, ratio, density, t)[2]
+        p = mass * r * t / v
+    if not t > 0.0:
+        return COLD
     speed = now[at.NOW_SPEED]
     burnt = burn_rate(model, state, base, phi) * speed if state[base + at.PHASE] == at.BURNING else 0.0
     cooled = wall_flow(model, now, state, base, p, t, v)
@@ -118,15 +145,21 @@ def rates(model, work, state, base, phi, time, values, out):
     now[at.STIFFNESS] = 0.0
     for k in range(at.POOL, at.PORT + 1):
         out[k] = 0.0
-    inward, h_in, share_in = intake_flow(model, now, phi, time, values, p, t, out)
-    outward, h_out, share_out = exhaust_flow(model, now, phi, time, values, p, t, out)
-    out[at.MASS] = inward - outward + burnt
-    out[at.PRODUCTS] = share_in * inward - share_out * outward + burnt * (1.0 + n[at.AIR_DEMAND])
+    inward, h_in, share_in = intake_flow(model, now, phi, time, values, p, t, ratio, out)
+    outward, h_out, share_out = exhaust_flow(model, now, phi, time, values, p, t, ratio, out)
+    if sparks:  # the fuel is in the charge before it burns; its burnt gas has all of its air
+        out[at.MASS] = inward - outward
+        out[at.PRODUCTS] = share_in * inward - share_out * outward + burnt * (1.0 + n[at.AIR_DEMAND] / ratio)
+        out[at.VAPOUR] = -burnt - vapour * (max(outward, 0.0) - min(inward, 0.0))
+    else:
+        out[at.MASS] = inward - outward + burnt
+        out[at.PRODUCTS] = share_in * inward - share_out * outward + burnt * (1.0 + n[at.AIR_DEMAND])
+        out[at.VAPOUR] = 0.0
     out[at.ENERGY] = n[at.HEATING_VALUE] * burnt - cooled - pushed + h_in * inward - h_out * outward
     out[at.DELAY] = 0.0
     if state[base + at.PHASE] == at.DELAYED:
         out[at.DELAY] = ignition_rate(
-            p, t, state[base + at.RATIO],
+            p, t, ratio,
             n[at.IGNITION_FACTOR], n[at.IGNITION_EXPONENT], n[at.IGNITION_TEMPERATURE], n[at.IGNITION_BY_RATIO],
         )  # fmt: skip
     out[at.BURNT] = burnt
@@ -143,12 +176,12 @@ def rates(model, work, state, base, phi, time, values, out):
 
 
 @inlined_kernel
-def intake_flow(model, now, phi, time, values, p, t, out):
+def intake_flow(model, now, phi, time, values, p, t, ratio, out):
     """Flow into the cylinder through the intake valve, kg/s, its enthalpy, J/kg, and its fraction of products.
 
     Gas that flows back stays in the port as a pool and returns first; ``out`` gets the rates of this pool.
     """
-    n, gas = model.numbers, model.gas
+    n = model.numbers
     area = valve_area(
         lifts(model, now, phi, time)[0],
         n[at.INTAKE_DIAMETER],
@@ -158,26 +191,24 @@ def intake_flow(model, now, phi, time, values, p, t, out):
     )
     if area <= 0.0:
         return 0.0, 0.0, 0.0
-    share = values[at.PRODUCTS] / values[at.MASS]
-    r = gas_constant(gas, share)
+    share, vapour = values[at.PRODUCTS] / values[at.MASS], values[at.VAPOUR] / values[at.MASS]
+    h, c, r, _ = mixture(model, share, vapour, ratio, p / t, t)
     now[at.STIFFNESS] += flow_slope(area, t, r, p, now[at.NOW_INTAKE_P])
     if p > now[at.NOW_INTAKE_P]:
-        c = heat_capacity(gas, share, t)
         flow = nozzle_flow(area, p, t, r, c / (c - r), now[at.NOW_INTAKE_P])
-        h = enthalpy(gas, share, t)
         out[at.POOL] = flow
         out[at.POOL_PRODUCTS] = flow * share
         out[at.POOL_ENTHALPY] = flow * h
         return -flow, h, share
     fresh = n[at.INTAKE_SHARE]
-    r = gas_constant(gas, fresh)
-    c = heat_capacity(gas, fresh, now[at.NOW_INTAKE_T])
+    density = now[at.NOW_INTAKE_P] / now[at.NOW_INTAKE_T]
+    h, c, r, _ = mixture(model, fresh, 0.0, ratio, density, now[at.NOW_INTAKE_T])
     flow = nozzle_flow(area, now[at.NOW_INTAKE_P], now[at.NOW_INTAKE_T], r, c / (c - r), p)
     pool = max(values[at.POOL], 0.0)
     # The factor is per mass of pool and mixed gas, which avoids a division by an empty pool.
     part = 1.0 / (pool + POOL_SHARE * n[at.MASS_SCALE])
     taken = pool * part
-    h = values[at.POOL_ENTHALPY] * part + (1.0 - taken) * now[at.INTAKE_H]
+    h = values[at.POOL_ENTHALPY] * part + (1.0 - taken) * h
     share = values[at.POOL_PRODUCTS] * part + (1.0 - taken) * fresh
     out[at.POOL] = -flow * taken
     out[at.POOL_PRODUCTS] = -flow * values[at.POOL_PRODUCTS] * part
@@ -186,30 +217,29 @@ def intake_flow(model, now, phi, time, values, p, t, out):
 
 
 @inlined_kernel
-def exhaust_flow(model, now, phi, time, values, p, t, out):
+def exhaust_flow(model, now, phi, time, values, p, t, ratio, out):
     """Flow out of the cylinder through the exhaust valve, kg/s, its enthalpy, J/kg, and its fraction of products.
 
     Gas that flows back has the manifold's temperature and the port's fraction of products, which follows that of the
     outflow.
     """
-    n, gas = model.numbers, model.gas
+    n = model.numbers
     lift = lifts(model, now, phi, time)[1]
     area = valve_area(lift, n[at.EXHAUST_DIAMETER], n[at.EXHAUST_COUNT], n[at.CURTAIN], n[at.PORT_COEFFICIENT])
     if area <= 0.0:
         return 0.0, 0.0, 0.0
-    share = values[at.PRODUCTS] / values[at.MASS]
-    r = gas_constant(gas, share)
+    share, vapour = values[at.PRODUCTS] / values[at.MASS], values[at.VAPOUR] / values[at.MASS]
+    h, c, r, _ = mixture(model, share, vapour, ratio, p / t, t)
     now[at.STIFFNESS] += flow_slope(area, t, r, p, now[at.NOW_EXHAUST_P])
     if p > now[at.NOW_EXHAUST_P]:
-        c = heat_capacity(gas, share, t)
         flow = nozzle_flow(area, p, t, r, c / (c - r), now[at.NOW_EXHAUST_P])
         out[at.PORT] = flow * (share - values[at.PORT]) / n[at.PORT_MASS]
-        return flow, enthalpy(gas, share, t), share
+        return flow, h, share
     share = values[at.PORT]
-    r = gas_constant(gas, share)
-    c = heat_capacity(gas, share, now[at.NOW_EXHAUST_T])
+    density = now[at.NOW_EXHAUST_P] / now[at.NOW_EXHAUST_T]
+    h, c, r, _ = mixture(model, share, 0.0, ratio, density, now[at.NOW_EXHAUST_T])
     flow = nozzle_flow(area, now[at.NOW_EXHAUST_P], now[at.NOW_EXHAUST_T], r, c / (c - r), p)
-    return -flow, enthalpy(gas, share, now[at.NOW_EXHAUST_T]), share
+    return -flow, h, share
 
 
 @kernel
@@ -223,3 +253,4 @@ def fill(model, state, base, phi, pressure, temperature, share):
     state[base + at.ENERGY] = mass * internal_energy(gas, share, temperature)
     state[base + at.PRESSURE] = pressure
     state[base + at.TEMPERATURE] = temperature
+    state[base + at.RATIO] = model.numbers[at.SPARKS]  # λ = 1 of the first residual gas

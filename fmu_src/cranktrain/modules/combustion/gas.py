@@ -23,7 +23,8 @@ REFERENCE, MIDDLE, LOWEST, HIGHEST = 298.15, 1000.0, 200.0, 3500.0
 """Temperatures, K: zero of the sensible enthalpy, border of the two ranges, ends of the polynomials."""
 AIR = {"N2": 0.7808, "O2": 0.2095, "Ar": 0.0097}
 """Mole fractions of dry air; carbon dioxide counts as argon."""
-MOLAR_MASS = {"N2": 28.0134e-3, "O2": 31.9988e-3, "Ar": 39.948e-3, "CO2": 44.0095e-3, "H2O": 18.0153e-3}
+MOLAR_MASS = {"N2": 28.0134e-3, "O2": 31.9988e-3, "Ar": 39.948e-3, "CO2": 44.0095e-3, "H2O": 18.0153e-3,
+              "C8H18": 114.2285e-3}  # fmt: skip
 """Molar masses, kg/mol."""
 CARBON, HYDROGEN = 12.0107e-3, 1.00794e-3
 POLYNOMIALS = {
@@ -44,6 +45,31 @@ POLYNOMIALS = {
         (3.03399249e00, 2.17691804e-03, -1.64072518e-07, -9.70419870e-11, 1.68200992e-14),
     ),
     "Ar": ((2.5, 0.0, 0.0, 0.0, 0.0), (2.5, 0.0, 0.0, 0.0, 0.0)),
+    "CO": (
+        (3.57953347e00, -6.10353680e-04, 1.01681433e-06, 9.07005884e-10, -9.04424499e-13),
+        (2.71518561e00, 2.06252743e-03, -9.98825771e-07, 2.30053008e-10, -2.03647716e-14),
+    ),
+    "H2": (
+        (2.34433112e00, 7.98052075e-03, -1.94781510e-05, 2.01572094e-08, -7.37611761e-12),
+        (3.33727920e00, -4.94024731e-05, 4.99456778e-07, -1.79566394e-10, 2.00255376e-14),
+    ),
+    "OH": (
+        (3.99201543e00, -2.40131752e-03, 4.61793841e-06, -3.88113333e-09, 1.36411470e-12),
+        (3.09288767e00, 5.48429716e-04, 1.26505228e-07, -8.79461556e-11, 1.17412376e-14),
+    ),
+    "H": ((2.5, 0.0, 0.0, 0.0, 0.0), (2.5, 0.0, 0.0, 0.0, 0.0)),
+    "O": (
+        (3.16826710e00, -3.27931884e-03, 6.64306396e-06, -6.12806624e-09, 2.11265971e-12),
+        (2.56942078e00, -8.59741137e-05, 4.19484589e-08, -1.00177799e-11, 1.22833691e-15),
+    ),
+    "NO": (
+        (4.21847630e00, -4.63897600e-03, 1.10410220e-05, -9.33613540e-09, 2.80357700e-12),
+        (3.26060560e00, 1.19110430e-03, -4.29170480e-07, 6.94576690e-11, -4.03360990e-15),
+    ),
+    "C8H18": (
+        (8.15737338e-01, 7.32643959e-02, 1.78300688e-05, -6.93589620e-08, 3.21629382e-11),
+        (1.59899273e01, 5.53184790e-02, -1.95267072e-05, 3.11779172e-09, -1.85312577e-13),
+    ),
 }
 """Coefficients of c_p/R by powers of T, below and above 1000 K."""
 
@@ -55,9 +81,8 @@ COLUMNS = 12
 """Columns of a gas in :func:`gas_table`: coefficients of c_p and of ∫ c_p dT, integration constant, gas constant."""
 AIR_ROW, PRODUCTS_ROW = 0, 2
 """First of the two rows of air and of products in a gas table: below 1000 K, then above 1000 K."""
-CONVERGED = 1.0e-6
-"""Relative change of a temperature after which Newton's next iterate differs by rounding only."""
-_NEWTON = 30
+VAPOUR_ROW = 4
+"""First of the two rows of fuel vapour less air, which the table of a spark-ignition engine has."""
 
 
 def stoichiometric_air(hydrogen_per_carbon: float) -> float:
@@ -77,6 +102,14 @@ def products(hydrogen_per_carbon: float) -> dict[str, float]:
 def gas_table(hydrogen_per_carbon: float) -> Array:
     """Table (4, COLUMNS) of air and stoichiometric products for the kernels, in J, kg and K."""
     return np.vstack([_rows(AIR), _rows(products(hydrogen_per_carbon))])
+
+
+def mixture_table(hydrogen_per_carbon: float) -> Array:
+    """Table (6, COLUMNS) of air, stoichiometric products, and fuel vapour less air.
+
+    The vapour has the properties of iso-octane by mass, whatever the fuel's hydrogen.
+    """
+    return np.vstack([gas_table(hydrogen_per_carbon), _rows({"C8H18": 1.0}) - _rows(AIR)])
 
 
 def _rows(shares: dict[str, float]) -> Array:
@@ -133,19 +166,3 @@ def enthalpy(gas, share, temperature):
 def internal_energy(gas, share, temperature):
     """Sensible internal energy h − R T of a mixture, J/kg."""
     return enthalpy(gas, share, temperature) - gas_constant(gas, share) * temperature
-
-
-@inlined_kernel
-def temperature_of(gas, share, energy, guess):
-    """Temperature, K, of a mixture with a given internal energy, J/kg, by Newton's method; −1 if there is none."""
-    r = gas_constant(gas, share)
-    t = guess
-    for _ in range(_NEWTON):
-        h, c = enthalpy_and_capacity(gas, share, t)
-        change = (energy - (h - r * t)) / (c - r)
-        if not abs(change) < 1.0e6:
-            return -1.0
-        t = max(t + change, 0.5 * t)
-        if abs(change) <= CONVERGED * t:
-            return t
-    return -1.0

@@ -9,6 +9,10 @@ HeatingValue = Annotated[float, Quantity("specific energy", 5.0, 150.0, "MJ/kg",
 HydrogenRatio = Annotated[float, Quantity("1", 0.0, 4.0, hint="diesel fuel has 1.8 to 1.9")]
 DelayFactor = Annotated[float, Quantity("time", 1e-9, 1.0, "s")]
 Exponent = Annotated[float, Quantity("1", 0.0, 20.0)]
+AirRatio = Annotated[
+    float, Quantity("1", 0.6, 2.5, hint="lambda, air over what the fuel needs; a spark ignites no other charge")
+]
+Scatter = Annotated[float, Quantity("1", 0.0, 0.5, hint="standard deviation over mean; engines have 0.01 to 0.05")]
 Ratio = Annotated[float, Quantity("1", 0.01, 10.0)]
 Part = Annotated[float, Quantity("1", 0.0, 1.0)]
 Factor = Annotated[float, Quantity("1", 0.0, 10.0)]

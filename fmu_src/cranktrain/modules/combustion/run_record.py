@@ -26,10 +26,14 @@ DEVIATION_TOO_LARGE = 200
 
 @record
 class Model(NamedTuple):
-    """Constants of a run: numbers by their slots, gas table, firing angles (cylinders,), choices and the method."""
+    """Constants of a run: numbers by their slots, gas tables, firing angles (cylinders,), choices and the method.
+
+    ``burnt`` is the table of :mod:`.equilibrium` for spark ignition, one row of zeros for compression ignition.
+    """
 
     numbers: Array
     gas: Array
+    burnt: Array
     firing: Array
     choices: NDArray[np.int64]
     tableau: Array
@@ -153,8 +157,10 @@ def count_from_here(model, state, i, inputs):
     state[base + at.WALL_START] -= state[base + at.WALL]
     state[base + at.BURNT_START] -= state[base + at.BURNT]
     state[base + at.INJECTED] -= state[base + at.BURNT]
+    state[base + at.SPARK_BURNT] -= state[base + at.BURNT]
     state[base + at.SOI_TIME] -= state[base + at.CLOCK]
-    for k in (at.BURNT, at.WORK, at.WALL, at.INTAKE, at.EXHAUST, at.INTAKE_ENTHALPY, at.EXHAUST_ENTHALPY, at.CLOCK):
+    for k in (at.BURNT, at.WORK, at.WALL, at.INTAKE, at.EXHAUST, at.INTAKE_ENTHALPY, at.EXHAUST_ENTHALPY, at.CLOCK,
+              at.ADDED, at.ADDED_ENERGY):  # fmt: skip
         state[base + k] = 0.0
     state[base + at.FIRST_MASS] = state[base + at.MASS]
     state[base + at.FIRST_ENERGY] = state[base + at.ENERGY]

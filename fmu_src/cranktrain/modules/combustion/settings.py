@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from dataclasses import dataclass, field
+from dataclasses import MISSING, dataclass, field
 from typing import TYPE_CHECKING
 
 import numpy as np
@@ -15,7 +15,8 @@ from cranktrain.core.units import RPM
 from cranktrain.modules.combustion import slots as at
 from cranktrain.modules.combustion.advance import N_HEAD, N_OF_CYLINDER, N_OUTPUTS
 from cranktrain.modules.combustion.cylinder import OK
-from cranktrain.modules.combustion.gas import gas_table, stoichiometric_air
+from cranktrain.modules.combustion.equilibrium import SHIFTS, burnt_table
+from cranktrain.modules.combustion.gas import gas_table, mixture_table, stoichiometric_air
 from cranktrain.modules.combustion.preparation import (
     INTAKE_ANGLES,
     NO_COMPRESSION,
@@ -45,8 +46,9 @@ class CycleSettings:
 
     Angles are counted from a cylinder's firing dead centre. Opening and closing angles are within −4π to 0 for the
     intake and 0 to 4π for the exhaust. ``firing_angles`` are the crank angles of the cylinders' firing dead centres.
-    ``fuel_mass`` and ``injection_angle`` are initial inputs; ``start_cycles`` is the number of cycles run before the
-    start.
+    ``fuel_mass`` (with ``sparks`` = 1, spark ignition, ``air_ratio``) and ``injection_angle``, then the spark's, are
+    initial inputs; ``start_cycles`` is the number of cycles run before the start. ``premixed_duration`` to
+    ``diffusion_exponent`` describe both Wiebe functions; those of spark ignition share the fuel by ``burn_fraction``.
     """
 
     name: str
@@ -61,23 +63,12 @@ class CycleSettings:
     exhaust_pressure: q.GasPressure = field(metadata=stated("manifolds.exhaust_pressure", 0.0))
     exhaust_temperature: q.Temperature = field(metadata=stated("manifolds.exhaust_temperature"))
     wall_temperature: float
-    fuel_mass: own.FuelMass = field(metadata=stated("injection.mass"))
-    injection_angle: q.Angle = field(metadata=stated("injection.start"))
+    injection_angle: q.Angle = field(metadata=stated("injection.start", spark__angle=MISSING))
     heating_value: own.HeatingValue = field(metadata=stated("fuel.heating_value"))
     hydrogen_per_carbon: own.HydrogenRatio = field(metadata=stated("fuel.hydrogen_per_carbon"))
-    ignition_factor: own.DelayFactor = field(metadata=stated("ignition.factor"))
-    ignition_exponent: own.Exponent = field(metadata=stated("ignition.exponent"))
-    ignition_temperature: q.TemperatureDifference = field(metadata=stated("ignition.temperature"))
-    ignition_by_ratio: own.Exponent = field(metadata=stated("ignition.by_ratio"))
-    premixed_factor: own.Exponent = field(metadata=stated("premixed.factor"))
-    premixed_by_ratio: own.Exponent = field(metadata=stated("premixed.by_ratio"))
-    premixed_by_delay: own.Exponent = field(metadata=stated("premixed.by_delay"))
-    premixed_duration: q.Duration = field(metadata=stated("premixed.duration"))
-    premixed_exponent: q.WiebeExponent = field(metadata=stated("premixed.exponent"))
-    diffusion_duration: q.Duration = field(metadata=stated("diffusion.duration"))
-    diffusion_exponent: q.WiebeExponent = field(metadata=stated("diffusion.exponent"))
-    reference_ratio: own.Ratio = field(metadata=stated("diffusion.reference_ratio"))
-    reference_speed: q.RatedSpeed = field(metadata=stated("diffusion.reference_speed"))
+    premixed_duration: q.Duration = field(metadata=stated("premixed.duration", burn__duration=MISSING))
+    premixed_exponent: q.WiebeExponent = field(metadata=stated("premixed.exponent", burn__exponent=MISSING))
+    reference_speed: q.RatedSpeed = field(metadata=stated("diffusion.reference_speed", burn__reference_speed=MISSING))
     intake_diameter: q.Size = field(metadata=stated("valves.intake_diameter"))
     intake_count: own.Valves = field(metadata=stated("valves.intake_count"))
     intake_opens: q.Angle = field(metadata=stated("valves.intake_opens"))
@@ -90,6 +81,29 @@ class CycleSettings:
     exhaust_lift: own.Lift = field(metadata=stated("valves.exhaust_lift"))
     curtain: q.Share = field(metadata=stated("valves.curtain"))
     port: q.Share = field(metadata=stated("valves.port"))
+    sparks: float = 0.0
+    fuel_mass: own.FuelMass = field(default=0.0, metadata=stated("injection.mass"))
+    ignition_factor: own.DelayFactor = field(default=1.0, metadata=stated("ignition.factor"))
+    ignition_exponent: own.Exponent = field(default=0.0, metadata=stated("ignition.exponent"))
+    ignition_temperature: q.TemperatureDifference = field(default=0.0, metadata=stated("ignition.temperature"))
+    ignition_by_ratio: own.Exponent = field(default=0.0, metadata=stated("ignition.by_ratio"))
+    premixed_factor: own.Exponent = field(default=0.0, metadata=stated("premixed.factor"))
+    premixed_by_ratio: own.Exponent = field(default=0.0, metadata=stated("premixed.by_ratio"))
+    premixed_by_delay: own.Exponent = field(default=0.0, metadata=stated("premixed.by_delay"))
+    diffusion_duration: q.Duration = field(
+        default=1.0, metadata=stated("diffusion.duration", burn__second_duration=1.0)
+    )
+    diffusion_exponent: q.WiebeExponent = field(
+        default=1.0, metadata=stated("diffusion.exponent", burn__second_exponent=1.0)
+    )
+    reference_ratio: own.Ratio = field(default=1.0, metadata=stated("diffusion.reference_ratio"))
+    air_ratio: own.AirRatio = field(default=1.0, metadata=stated("spark.air_ratio"))
+    burn_fraction: own.Part = field(default=1.0, metadata=stated("burn.fraction", 1.0))
+    burn_efficiency: own.Part = field(default=1.0, metadata=stated("burn.efficiency", 1.0))
+    burn_pressure: q.GasPressure = field(default=1e6, metadata=stated("burn.reference_pressure"))
+    burn_temperature: q.Temperature = field(default=700.0, metadata=stated("burn.reference_temperature"))
+    burn_residual: own.Part = field(default=0.0, metadata=stated("burn.reference_residual"))
+    scatter_pressure: own.Scatter = field(default=0.0, metadata=stated("scatter.mean_pressure", 0.0))
     pin_offset: float = 0.0
     swirl: own.Factor = field(default=0.0, metadata=stated("walls.swirl"))
     wall_factor: own.Factor = field(default=1.0, metadata=stated("walls.factor"))
@@ -106,6 +120,11 @@ class CycleSettings:
     angle_source: str = "auto"
     inputs_at: str = "begin"
 
+    @property
+    def variant(self) -> str:
+        """Kind of ignition, which entries of the FMU's interface name."""
+        return "spark" if self.sparks else "compression"
+
 
 def make_run(settings: CycleSettings, gas: Array | None = None) -> Run:
     """Make a prepared run with the inputs of the settings; the state is not started yet.
@@ -119,7 +138,8 @@ def make_run(settings: CycleSettings, gas: Array | None = None) -> Run:
     for slot, name in ((at.INTAKE_P, "intake_pressure"), (at.INTAKE_T, "intake_temperature"),
                        (at.EXHAUST_P, "exhaust_pressure"), (at.EXHAUST_T, "exhaust_temperature")):  # fmt: skip
         inputs[slot] = getattr(settings, name)
-    inputs[at.FIRST_CYLINDER + at.FUEL_MASS :: at.OF_CYLINDER] = settings.fuel_mass
+    fuel = settings.air_ratio if settings.sparks else settings.fuel_mass
+    inputs[at.FIRST_CYLINDER + at.FUEL_MASS :: at.OF_CYLINDER] = fuel
     inputs[at.FIRST_CYLINDER + at.INJECTION :: at.OF_CYLINDER] = settings.injection_angle
     outputs = np.zeros(N_OUTPUTS + count * N_OF_CYLINDER)
     return Run(model, work, np.zeros(work.trial.size), inputs, outputs, numbers_of(settings))
@@ -128,10 +148,15 @@ def make_run(settings: CycleSettings, gas: Array | None = None) -> Run:
 def build_model(settings: CycleSettings, gas: Array | None = None) -> Model:
     """Constants of a run, see :func:`make_run`."""
     check_settings(settings)
-    table = gas_table(settings.hydrogen_per_carbon) if gas is None else gas
+    fuel, burnt = settings.hydrogen_per_carbon, np.zeros((1, SHIFTS))
+    table = gas
+    if settings.sparks:
+        table, burnt = mixture_table(fuel), burnt_table(fuel)
+    elif table is None:
+        table = gas_table(fuel)
     firing = np.zeros(len(settings.firing_angles))
     choices = np.zeros(len(at.CHOICES), dtype=np.int64)
-    model = Model(np.zeros(len(at.NUMBERS)), table, firing, choices, *dormand_prince(), build_mark())
+    model = Model(np.zeros(len(at.NUMBERS)), table, burnt, firing, choices, *dormand_prince(), build_mark())
     prepare_model(numbers_of(settings), model)
     return model
 

@@ -14,7 +14,7 @@ from cranktrain.modules.crank_angle import INPUT_NOT_POSITIVE
 from cranktrain.modules.statuses import FAILED, REFUSED, NativeInterface, Statuses, common_statuses, options, with_names
 from cranktrain.modules.stepped_module import SteppedModule
 
-CONSTANT = ("model.gas", "model.tableau", "model.nodes", "model.defects")
+CONSTANT = ("model.gas", "model.burnt", "model.tableau", "model.nodes", "model.defects")
 NO_SOLUTION = (
     "its gas has no temperature or its steps became too short; check pressures and temperatures of the manifolds, "
     "fuel mass and lifts"
@@ -26,8 +26,9 @@ def native_interface(settings: CycleSettings, names: Mapping[str, str] | None = 
     """Interface of a combustion run with ``settings``; ``names`` are the user's names of the settings' fields."""
     count = len(settings.firing_angles)
     of_each = [f"cylinder[{i + 1}]." for i in range(count)]
-    inputs = (*at.COMMON_INPUTS, *(head + name for head in of_each for name in at.CYLINDER_INPUTS))
-    outputs = (*at.OUTPUTS, *(head + name for head in of_each for name in at.CYLINDER_OUTPUTS))
+    named = at.SPARKED if settings.sparks else {}
+    inputs = (*at.COMMON_INPUTS, *(head + named.get(name, name) for head in of_each for name in at.CYLINDER_INPUTS))
+    outputs = (*at.OUTPUTS, *(head + named.get(name, name) for head in of_each for name in at.CYLINDER_OUTPUTS))
     numbers = (*at.RUN_NUMBERS, *(f"firing_angles[{i + 1}]" for i in range(count)))
     choices = {name: options(values) for name, values in CHOICES.items()}
     known: Statuses = {
@@ -45,7 +46,8 @@ def native_interface(settings: CycleSettings, names: Mapping[str, str] | None = 
         known[CYLINDER_FAILED + i + 1] = FAILED, f"cylinder {i + 1} fails: {NO_SOLUTION}"
         known[DEVIATION_TOO_LARGE + i + 1] = REFUSED, f"cylinder[{i + 1}].volume_deviation exceeds {MEND_DEVIATION}"
     statuses = with_names(common_statuses(inputs, numbers, choices) | known, names or {})
-    return NativeInterface(inputs, outputs, numbers, choices, CONSTANT, statuses)
+    about = {"limited": str(at.RICH), "told": CombustionSimulation.told}
+    return NativeInterface(inputs, outputs, numbers, choices, CONSTANT, statuses, about)
 
 
 class CombustionSimulation(SteppedModule):
@@ -66,8 +68,15 @@ class CombustionSimulation(SteppedModule):
     _kind: ClassVar[str] = "combustion"
     _kernels: ClassVar[Any] = run_record
 
+    told = "had a charge of lambda below 0.6, which burns as far as its air goes; check fuel and intake pressure"
+
     def __init__(self, settings: CycleSettings, gas: Array | None = None) -> None:
         super().__init__(settings, make_run(settings, gas), native_interface(settings))
+
+    @property
+    def limited(self) -> bool:
+        """True once a charge had a lambda below 0.6."""
+        return bool(self._current()[at.RICH] > 0.0)
 
     @property
     def n_cylinders(self) -> int:

@@ -13,7 +13,8 @@ GIVEN = (
     "diffusion_duration", "diffusion_exponent", "reference_ratio", "reference_speed", "intake_share",
     "intake_diameter", "intake_count", "exhaust_diameter", "exhaust_count", "curtain", "port",
     "intake_opens", "intake_closes", "intake_lift", "exhaust_opens", "exhaust_closes", "exhaust_lift",
-    "scatter_fuel", "scatter_timing", "scatter_burn", "seed", "tolerance", "wall_factor",
+    "scatter_fuel", "scatter_timing", "scatter_burn", "seed", "tolerance", "wall_factor", "sparks", "burn_fraction",
+    "burn_efficiency", "burn_pressure", "burn_temperature", "burn_residual",
 )  # fmt: skip
 """Fields of the settings that kernels read during steps; ``air_demand`` is derived from the fuel."""
 N_GIVEN = len(GIVEN)
@@ -26,7 +27,8 @@ NUMBERS = (*GIVEN, "port_mass", "mass_scale", "energy_scale")
     DIFFUSION_DURATION, DIFFUSION_EXPONENT, REFERENCE_RATIO, REFERENCE_SPEED, INTAKE_SHARE,
     INTAKE_DIAMETER, INTAKE_COUNT, EXHAUST_DIAMETER, EXHAUST_COUNT, CURTAIN, PORT_COEFFICIENT,
     INTAKE_OPENS, INTAKE_CLOSES, INTAKE_LIFT, EXHAUST_OPENS, EXHAUST_CLOSES, EXHAUST_LIFT,
-    SCATTER_FUEL, SCATTER_TIMING, SCATTER_BURN, SEED, TOLERANCE, WALL_FACTOR, PORT_MASS, MASS_SCALE, ENERGY_SCALE,
+    SCATTER_FUEL, SCATTER_TIMING, SCATTER_BURN, SEED, TOLERANCE, WALL_FACTOR, SPARKS, BURN_FRACTION,
+    BURN_EFFICIENCY, BURN_PRESSURE, BURN_TEMPERATURE, BURN_RESIDUAL, PORT_MASS, MASS_SCALE, ENERGY_SCALE,
 ) = range(len(NUMBERS))  # fmt: skip
 
 RUN_NUMBERS = (
@@ -55,23 +57,29 @@ CYLINDER_INPUTS = (
     "fuel_mass", "injection_angle", "intake_lift", "exhaust_lift", "volume_deviation", "volume_deviation_rate",
 )  # fmt: skip
 """Inputs of each cylinder, which follow the common inputs."""
+SPARKED = {
+    "fuel_mass": "air_ratio", "injection_angle": "spark_angle", "air_ratio": "fuel_mass",
+    "ignition_delay": "burn_duration",
+}  # fmt: skip
+"""Names of inputs and outputs of a cylinder that have another meaning with spark ignition."""
 FUEL_MASS, INJECTION, LIFT_IN, LIFT_OUT, DEVIATION_IN, DEVIATION_RATE_IN = range(len(CYLINDER_INPUTS))
 OF_CYLINDER = len(CYLINDER_INPUTS)
 FIRST_CYLINDER = len(COMMON_INPUTS)
 
-HEAD = (*CRANK_HEAD, "steps", "rejected", "lifts_seen")
+HEAD = (*CRANK_HEAD, "steps", "rejected", "lifts_seen", "rich")
 (
     TIME, OWN_ANGLE, PARTNER_ANGLE, ANGLE_SEEN, LAST_INTERVAL, LAST_ANGLE, LAST_SPEED, STEPS, REJECTED, LIFTS_SEEN,
+    RICH,
 ) = range(len(HEAD))  # fmt: skip
 
 INTEGRATED = (
     "mass", "products", "energy", "delay", "burnt", "work", "wall", "intake", "exhaust", "intake_enthalpy",
-    "exhaust_enthalpy", "pool", "pool_products", "pool_enthalpy", "port",
+    "exhaust_enthalpy", "pool", "pool_products", "pool_enthalpy", "port", "vapour",
 )  # fmt: skip
-"""Integrated quantities of a cylinder: gas, burnt fuel, balances, and gas blown back into the ports."""
+"""Integrated quantities of a cylinder: gas, burnt fuel, balances, gas blown back into the ports, and fuel vapour."""
 (
     MASS, PRODUCTS, ENERGY, DELAY, BURNT, WORK, WALL, INTAKE, EXHAUST, INTAKE_ENTHALPY,
-    EXHAUST_ENTHALPY, POOL, POOL_PRODUCTS, POOL_ENTHALPY, PORT,
+    EXHAUST_ENTHALPY, POOL, POOL_PRODUCTS, POOL_ENTHALPY, PORT, VAPOUR,
 ) = range(len(INTEGRATED))  # fmt: skip
 N_INTEGRATED = len(INTEGRATED)
 
@@ -81,7 +89,8 @@ MEMORY = (
     "closed_temperature", "closed_volume", "lift_in", "lift_out", "work_start", "wall_start", "burnt_start", "peak",
     "peak_angle", "cycle_work", "cycle_wall", "cycle_heat", "cycle_peak", "cycle_peak_angle", "cycle_delay", "injected",
     "first_mass", "first_energy", "first_volume", "deviation", "deviation_rate", "last_deviation",
-    "last_deviation_rate",
+    "last_deviation_rate", "air", "added", "added_energy", "spark_pressure", "spark_temperature", "spark_products",
+    "spark_vapour", "spark_burnt",
 )  # fmt: skip
 """Values that a cylinder stores during its cycle."""
 (
@@ -90,6 +99,7 @@ MEMORY = (
     CLOSED_TEMPERATURE, CLOSED_VOLUME, LAST_LIFT_IN, LAST_LIFT_OUT, WORK_START, WALL_START, BURNT_START, PEAK,
     PEAK_ANGLE, CYCLE_WORK, CYCLE_WALL, CYCLE_HEAT, CYCLE_PEAK, CYCLE_PEAK_ANGLE, CYCLE_DELAY, INJECTED,
     FIRST_MASS, FIRST_ENERGY, FIRST_VOLUME, DEVIATION, DEVIATION_RATE, LAST_DEVIATION, LAST_DEVIATION_RATE,
+    AIR, ADDED, ADDED_ENERGY, SPARK_PRESSURE, SPARK_TEMPERATURE, SPARK_PRODUCTS, SPARK_VAPOUR, SPARK_BURNT,
 ) = range(N_INTEGRATED, N_INTEGRATED + len(MEMORY))  # fmt: skip
 SIZE = N_INTEGRATED + len(MEMORY)
 
@@ -103,17 +113,17 @@ OUTPUTS = (
 )  # fmt: skip
 CYLINDER_OUTPUTS = (
     "pressure", "temperature", "mass", "products", "pressure_mean", "pressure_peak", "peak_angle", "heat_released",
-    "wall_heat", "ignition_delay", "deviation_taken",
+    "wall_heat", "ignition_delay", "deviation_taken", "trapped_air", "air_ratio",
 )  # fmt: skip
-"""Outputs of each cylinder; the fifth to the tenth refer to its last complete cycle."""
+"""Outputs of each cylinder; the fifth to the tenth refer to its last complete cycle, the last two to its last fuel."""
 
 NOW = (
     "speed", "intake_p", "intake_t", "exhaust_p", "exhaust_t", "lift_in", "lift_out", "slope_in", "slope_out",
-    "pressure", "temperature", "stiffness", "intake_h", "lifts_given", "deviation", "deviation_slope",
+    "pressure", "temperature", "stiffness", "lifts_given", "deviation", "deviation_slope",
     "deviation_bend", "deviation_twist",
 )  # fmt: skip
 """Slots of the workspace: constants over a communication step, and results of the last evaluation."""
 (
     NOW_SPEED, NOW_INTAKE_P, NOW_INTAKE_T, NOW_EXHAUST_P, NOW_EXHAUST_T, NOW_LIFT_IN, NOW_LIFT_OUT, SLOPE_IN, SLOPE_OUT,
-    FOUND_P, FOUND_T, STIFFNESS, INTAKE_H, LIFTS_GIVEN, NOW_DEVIATION, DEVIATION_SLOPE, DEVIATION_BEND, DEVIATION_TWIST,
+    FOUND_P, FOUND_T, STIFFNESS, LIFTS_GIVEN, NOW_DEVIATION, DEVIATION_SLOPE, DEVIATION_BEND, DEVIATION_TWIST,
 ) = range(len(NOW))  # fmt: skip

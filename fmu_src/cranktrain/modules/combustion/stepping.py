@@ -110,7 +110,8 @@ def first_rates(model, work, state, base, time):
     """Compute the rates at the state into row FIRST. Return a status."""
     for k in range(at.N_INTEGRATED):
         work.rows[TRIAL, k] = state[base + k]
-    work.now[at.FOUND_T] = state[base + at.TEMPERATURE]  # initial guess of Newton's method, kept in the state
+    work.now[at.FOUND_T] = state[base + at.TEMPERATURE]  # initial guesses of Newton's method, kept in the state
+    work.now[at.FOUND_P] = state[base + at.PRESSURE]
     return stage(model, work, state, base, state[base + at.PHI], time, FIRST)
 
 
@@ -169,7 +170,7 @@ def advance_cylinder(model, work, state, i, base, inputs, interval):
             again = True
         elif lands:
             state[base + at.PHI] = goal
-            pass_angle(model, state, i, base, inputs, goal)
+            pass_angle(model, work, state, i, base, inputs, goal)
             again = True
         elif speed < 0.0 and state[base + at.PHI] < -2.0 * math.pi:
             new_cycle(state, base, state[base + at.PHI] + 4.0 * math.pi)

@@ -55,10 +55,10 @@ struct ct_instance {
     uint32_t speed;                          /* reference of the input with the crank's speed, or CT_NONE */
     struct ct_model model;
     bool made;                               /* true if the model belongs to the values */
-    uint32_t limited;                        /* state[limited] is not 0 after a step cut short; may be CT_NONE */
+    uint32_t limited;                        /* state[limited] is not 0 after a step to warn of; may be CT_NONE */
     uint32_t each_point;                     /* index in the state that, set to 1, ends an internal step at the end of
                                                 the next communication step, or CT_NONE */
-    bool warned, told_limit;                 /* warned of coarse steps, and of a step that was cut short */
+    bool warned, told_limit;                 /* warned of coarse steps, and by state[limited] */
     double **places;                         /* (n_variables,) address of each variable's value */
     unsigned char *ready;                    /* (n_variables,) true if the value at ``places`` is up to date */
 };

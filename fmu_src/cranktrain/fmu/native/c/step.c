@@ -85,14 +85,13 @@ static void warn_if_coarse(struct ct_instance *one, double step) {
            step, degrees, DEGREE / speed, DEGREE / speed);
 }
 
-/* Warn once that a step reached its limit of work. */
+/* Warn once of what a mark in the state says of a step: limited work, a charge that cannot burn. */
 static void warn_if_limited(struct ct_instance *one, double time) {
     if (one->told_limit || one->limited >= one->now->n_point || one->state[one->limited] == 0.0) return;
     one->told_limit = true;
-    ct_log(&one->host, CT_WARNING,
-           "the step from %.9g s took the work that is allowed and went on at less accuracy; solver.limited tells of "
-           "others",
-           time);
+    const char *told = ct_info_text(&one->file, "told");
+    if (told == NULL) return;
+    ct_log(&one->host, CT_WARNING, "the step from %.9g s %s", time, told);
 }
 
 ct_result ct_check_step(struct ct_instance *one, double time, double step) {
