@@ -10,6 +10,7 @@ FUNCTIONS = {
     "harness": f"{CLI}.harness:harness",
     "identify": f"{CLI}.identify:identify",
     "measured": f"{CLI}.measured:analyse_measured",
+    "noise": f"{CLI}.noise:noise",
     "optimize": f"{CLI}.optimize:optimize_file",
     "run-in": f"{CLI}.run_in:run_in",
     "stability": f"{CLI}.stability:stability",
@@ -23,6 +24,7 @@ NAMES = {
     for module, names in {
         "couple": ("couple", "Couple"), "explore": ("explore",), "harness": ("harness", "RunHarness"),
         "identify": ("identify", "Identify"), "measured": ("analyse_measured", "AnalyseMeasured"),
+        "noise": ("noise", "Noise"),
         "run_in": ("run_in", "RunIn"), "stability": ("stability", "Stability"), "tradeoff": ("tradeoff", "TradeOff"),
         "variants": ("optimize", "vary"), "watch": ("watch", "Watch"),
     }.items()

@@ -25,6 +25,8 @@ GROUPS = {
         "Campbell diagram, motion.",
         "picture": "The crankshaft in three dimensions, in a mode or as it runs: picture (PNG), animation (GIF, MP4) "
         "or page (HTML).",
+        "noise": "Velocity of the block's outer surfaces, third-octave levels by panel, and the sound power that they "
+        "radiate.",
         "damper-optimum": "Optimum damping of a torsional damper, for two masses or for a torsional mode of an engine.",
     },
     "bearings": {

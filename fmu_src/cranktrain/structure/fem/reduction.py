@@ -28,6 +28,8 @@ from cranktrain.structure.fem.interfaces import InterfaceSet
 CHECKED_HZ = 1000.0
 # Number of modes (rigid ones and the first elastic ones) whose surface motion is stored for pictures.
 PICTURED_MODES = 36
+SAME = 1e-9
+"""Relative tolerance within which frequencies and shapes of a repeated reduction equal those of the stored body."""
 
 _ERROR = "max_relative_error"
 """Key of a body's ``quality``, present only after a check against the full model."""
@@ -112,6 +114,17 @@ def reduced_with_shapes(task: ReductionTask, say: Progress) -> tuple[FEModel, In
     interfaces = task.interfaces(model)
     with one_thread():
         return model, interfaces, craig_bampton(model, interfaces, task.fixed_modes, task.name, task.digest, say)
+
+
+def repeated_reduction(task: ReductionTask, say: Progress) -> tuple[FEModel, InterfaceSet, Reduced]:
+    """Repeat a body's reduction with mode shapes; a stored body that differs (of another machine) is replaced."""
+    check_kept(task.path)
+    found = reduced_with_shapes(task, say)
+    kept, own = reduced_structure(task, say), found[2].body
+    pairs = (kept.omega, own.omega), (kept.shapes, own.shapes)  # signs of the modes are compared too
+    if any(a.shape != b.shape or not np.allclose(a, b, rtol=SAME, atol=SAME * np.abs(b).max()) for a, b in pairs):
+        reduced_structure(task, say, rebuild=True)
+    return found
 
 
 def _with(body: ReducedBody, found: Comparison) -> ReducedBody:
