@@ -36,6 +36,7 @@ FILE_KINDS = {
     "harness": ("Harness file of cranktrain", "cranktrain_lab.harness.tables:HarnessTable"),
     "study": ("Study of variants of cranktrain", "cranktrain_lab.variants.tables:StudyTable"),
     "targets": ("Targets file of cranktrain", "cranktrain_lab.calibration.targets:TargetsTable"),
+    "panels": ("Panels file of cranktrain noise", "cranktrain_lab.noise.own_panels:PanelsTable"),
     "measured": ("Measured file of cranktrain", "cranktrain_lab.identification.tables:MeasuredTable"),
 }
 """Kinds of files that people write: titles of their schemas, and where their tables are."""

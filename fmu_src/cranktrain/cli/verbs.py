@@ -11,7 +11,7 @@ GROUPS = {
         "engines": "The engines that ship with the package: name, title, layout, displacement and firing order.",
         "new": "Write a complete engine file from a layout and a few sizes.",
         "schema": "The JSON schema of a kind of file: engine, scene, superelement, combustion, valve-train, harness, "
-        "study, targets, measured.",
+        "study, targets, panels, measured.",
         "reduce": "Make and check the reduced crankshaft, and block, kept in the cache; write them elsewhere.",
     },
     "vibration": {

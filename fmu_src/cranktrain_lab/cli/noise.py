@@ -104,6 +104,10 @@ class Noise(
         between(0.001, 2.5, "deg of crank angle"),
         Option("DEG", "step (default 1, or less for 4 steps per period of the highest frequency)"),
     ] = None
+    panels: Annotated[
+        words.File | None,
+        Option("FILE.toml", "thicknesses of panels; areas of an own reduced block's interfaces (--block-body)"),
+    ] = None
     check_step: Annotated[
         bool, Option(help="also run with half the step, and mark bands that differ by more than 3 dB")
     ] = False
@@ -180,17 +184,19 @@ def _refuse_run_options(ask: Noise, named: str | Path) -> None:
 
 def _run(named: str | Path | Engine, ask: Noise) -> NoiseResult:
     """Run the engine at all speeds."""
+    from cranktrain_lab.noise.own_panels import read_panels
     from cranktrain_lab.noise.study import noise_assembly, noise_result
 
     speeds = sorted(set(several(ask.speeds_rpm)))
     if not speeds:
         raise InputError("--speed is missing; give one or several speeds, rev/min")
     engine = engine_of(named, ask)
+    own = {} if ask.panels is None else read_panels(ask.panels)
     request = request_of(ask, speeds[0])
     request.settings(engine, option_of)
     gas = gas_of(request, engine, speeds)
     with stages(engine.name) as tell:
-        made, panels = noise_assembly(engine, request, ask.cutoff_hz, tell)
+        made, panels = noise_assembly(engine, request, ask.cutoff_hz, own, tell)
         return noise_result(made, panels, request, gas, speeds, ask.cutoff_hz, ask.check_step, tell)
 
 

@@ -2,7 +2,7 @@
 
 The boundary of a block's mesh also contains its inner walls, which bores and liners join to the outer ones. So the
 running surfaces of bores and liners are cut out; of the pieces that remain, the one with the largest extent is the
-outer surface. Water jackets are pieces of their own. Left and right are those of a view from the flywheel, right along +x.
+outer surface. Water jackets are pieces of their own. Left and right are seen from the flywheel: right along +x.
 """
 
 from typing import NamedTuple
@@ -35,8 +35,8 @@ WEIGHTS = 0.5 * np.repeat([0.223381589678011, 0.109951743655322], 3)
 class Facets(NamedTuple):
     """Quadratic facets of a surface.
 
-    ``points`` are (p, 3) m, ``nodes`` (f, 6) three corners, counter-clockwise from outside, and the middles of the edges
-    from the first to the second, the second to the third, the third to the first corner.
+    ``points`` are (p, 3) m, ``nodes`` (f, 6) three corners, counter-clockwise from outside, then the middles of the
+    edges from the first to the second, the second to the third, the third to the first corner.
     """
 
     points: Array

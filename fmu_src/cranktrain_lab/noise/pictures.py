@@ -132,6 +132,8 @@ def surface_map(result: NoiseResult, hz: float | None, order: float | None) -> M
     Raises ``InputError`` for a frequency or order that a run does not contain.
     """
     panels, count = result.panels, len(result.runs)
+    if not len(panels.triangles):
+        raise InputError("a reduced block has no surface to draw; leave --map out, or give its mesh by --block-mesh")
     values = np.empty((count, len(panels.points)), dtype=np.float32)
     captions = []
     for k, run in enumerate(result.runs):

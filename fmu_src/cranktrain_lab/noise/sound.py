@@ -44,8 +44,6 @@ def save_sound(path: Path, result: NoiseResult, place: Array | None) -> Sound:
     scale, a round number, is in the file's comment.
     """
     points = result.panels.points
-    if not len(points):
-        raise InputError("these panels have no surface, so there is no point to listen to; leave --wav out")
     amplitudes = [np.where(run.frequency[:, None] <= result.highest, run.lines, 0.0) for run in result.runs]
     if place is None:
         squares = [(np.abs(lines @ result.panels.normal) ** 2).sum(axis=0) for lines in amplitudes]

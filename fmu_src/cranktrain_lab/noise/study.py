@@ -1,10 +1,11 @@
 """Noise of an engine in its flexible block at one or several speeds."""
 
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import replace
 
 import numpy as np
 
+from cranktrain.core.errors import InputError
 from cranktrain.core.reduced_body import ReducedBody
 from cranktrain.core.threads import one_thread
 from cranktrain.core.types import Progress
@@ -13,7 +14,9 @@ from cranktrain.loads.gas_pressure import Gas
 from cranktrain.results.pictures.skin import creased
 from cranktrain.structure.assembly import Assembly, assemble
 from cranktrain.structure.block.shape import BlockPlan, block_plan
+from cranktrain.structure.fem.own_body import is_body
 from cranktrain.studies.constant_speed import Request
+from cranktrain_lab.noise.own_panels import PanelTable, body_panels, with_thicknesses
 from cranktrain_lab.noise.radiation import critical_frequency
 from cranktrain_lab.noise.recording import recorded
 from cranktrain_lab.noise.result import STEPS, NoiseResult, Panels
@@ -30,15 +33,30 @@ def default_step(speed_rpm: float, cutoff_hz: float) -> float:
     return min(LONGEST_DEG, 6.0 * speed_rpm / (STEPS * cutoff_hz))
 
 
-def noise_assembly(engine: Engine, request: Request, cutoff_hz: float, say: Progress) -> tuple[Assembly, Panels]:
-    """Parts of the runs, with the block's modes up to ``cutoff_hz``, and the panels of its surface; ``InputError``."""
+def noise_assembly(
+    engine: Engine, request: Request, cutoff_hz: float, own: Mapping[str, PanelTable], say: Progress
+) -> tuple[Assembly, Panels]:
+    """Parts of the runs, with the block's modes up to ``cutoff_hz``, and the panels of its surface; ``InputError``.
+
+    ``own`` are the tables of a panels file.
+    """
     assert engine.block is not None
     finer = replace(engine, block=replace(engine.block, running_cutoff_hz=cutoff_hz))
-    surface = block_surface(engine, request.block_mesh, say)  # before the run, as it may make the kept block anew
-    made = assemble(finer, request.settings(finer), say=say, crank_mesh=request.mesh, block_mesh=request.block_mesh)
+    settings, mesh = request.settings(finer), request.block_mesh
+    reduced = mesh is not None and is_body(mesh)
+    if reduced and not own:
+        raise InputError(
+            f"{mesh}: a reduced block holds no surface; name areas of its interfaces by --panels FILE.toml"
+        )
+    # Before the run, because a repeated reduction may make the kept block anew.
+    surface = None if reduced else block_surface(engine, mesh, say)
+    made = assemble(finer, settings, say=say, crank_mesh=request.mesh, block_mesh=mesh)
     assert made.parts.block is not None
     say("panels of the block")
-    return made, panels_of(surface, made.parts.block, block_plan(engine))
+    plan = block_plan(engine)
+    if surface is None:
+        return made, body_panels(made.parts.block, own, plan.block.material, plan.block.wall_thickness)
+    return made, with_thicknesses(panels_of(surface, made.parts.block, plan), own, plan.block.material)
 
 
 def noise_result(
