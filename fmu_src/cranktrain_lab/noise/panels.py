@@ -85,7 +85,7 @@ def block_panels(plan: BlockPlan, mesh: MeshTet2, surface: Facets) -> tuple[tupl
         for name in own_names:
             labels[named[name]] = name
     else:
-        held = [own for name, own in named.items() if name.startswith(("bore", "liner", "thrust"))]
+        held = [own for name, own in named.items() if name.startswith(("bore", "liner"))]
         outer = _outer(surface, _running(plan, surface) | np.logical_or.reduce(held))
         feet = [own for name, own in named.items() if name.startswith("mount")]
         labels = np.where(outer & ~np.logical_or.reduce(feet), _by_place(plan, surface), "")

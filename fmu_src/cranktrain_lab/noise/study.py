@@ -45,9 +45,7 @@ def noise_assembly(
     settings, mesh = request.settings(finer), request.block_mesh
     reduced = mesh is not None and is_body(mesh)
     if reduced and not own:
-        raise InputError(
-            f"{mesh}: a reduced block holds no surface; name areas of its interfaces by --panels FILE.toml"
-        )
+        raise InputError(f"{mesh}: a reduced block has no surface; state areas of its interfaces by --panels FILE.toml")
     # Before the run, because a repeated reduction may make the kept block anew.
     surface = None if reduced else block_surface(engine, mesh, say)
     made = assemble(finer, settings, say=say, crank_mesh=request.mesh, block_mesh=mesh)
