@@ -63,7 +63,7 @@ class Shown(Question):
     ] = None
     map: Annotated[
         words.File | None,
-        Option("FILE", "picture of the surface (.png, at the first speed; .gif, .mp4 or .html for all speeds)"),
+        Option("FILE", "picture of the surface (.png, at the loudest speed; .gif, .mp4 or .html for all speeds)"),
     ] = None
     at_hz: Annotated[
         float | None, between(0.1, 1e5, "Hz"), Option("HZ", "third-octave band of --map (default: the loudest, dB(A))")
@@ -221,7 +221,8 @@ def _evaluated(result: NoiseResult, ask: Noise, written: str | None, tell: Any) 
         hz = ask.at_hz
         if hz is None and ask.at_order is None:
             hz = loudest_band(result, ask.radiation)
-        found["map"] = str(save_picture(Path(ask.map), surface_map(result, hz, ask.at_order), 1.0))
+        loudest = max(range(len(result.runs)), key=lambda k: found["speeds"][k]["sound_power_dba"] or 0.0)
+        found["map"] = str(save_picture(Path(ask.map), surface_map(result, hz, ask.at_order), 1.0, loudest))
     if ask.wav is not None:
         tell("sound")
         place = None if ask.point_mm is None else 1e-3 * np.array(ask.point_mm)

@@ -72,7 +72,7 @@ ASSUMED = {
 
 
 def waterfall_figure(result: NoiseResult, assumption: str, panel: str | None) -> Any:
-    """Level of a panel's sound power, or that of all panels (None), over speed and frequency, with rays of orders.
+    """A-weighted level of a panel's sound power, or that of all panels (None), over speed and frequency, with orders.
 
     Lines are half orders; a pixel has the colour of the nearest line.
     """
@@ -83,7 +83,8 @@ def waterfall_figure(result: NoiseResult, assumption: str, panel: str | None) ->
     frequency = np.linspace(0.0, highest, PIXELS)
     values = np.empty((PIXELS, len(result.runs)))
     for k, run in enumerate(result.runs):
-        lines = level(result.power_lines(run, assumption)[rows].sum(axis=0), POWER_REFERENCE)
+        power = result.power_lines(run, assumption)[rows].sum(axis=0)
+        lines = level(power * a_weighting(run.frequency), POWER_REFERENCE)
         nearest = np.clip(np.rint(frequency * run.period).astype(int) - 1, 0, lines.size - 1)
         values[:, k] = lines[nearest]
     top = float(np.max(values))
@@ -99,7 +100,7 @@ def waterfall_figure(result: NoiseResult, assumption: str, panel: str | None) ->
                     color=ORANGE, annotation_clip=False)  # fmt: skip
     ax.set(xlim=(speeds[0], speeds[-1]), ylim=(0.0, highest), xlabel="engine speed / rev/min; dotted: orders")
     ax.set_ylabel("frequency / Hz")
-    figure.colorbar(colours, ax=ax, extend="min", pad=0.06).set_label("sound power level of a line / dB re 1 pW")
+    figure.colorbar(colours, ax=ax, extend="min", pad=0.06).set_label("sound power level of a line / dB(A) re 1 pW")
     what = f"panel '{panel}'" if panel else "all panels"
     title = f"{result.attributes['title']}: {what}; {ASSUMED[assumption]}"
     figure.suptitle(wrapped(title, 9.5, 11.0), fontsize=11, parse_math=False)
