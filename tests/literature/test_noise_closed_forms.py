@@ -153,7 +153,7 @@ def test_the_efficiency_of_a_plate_is_the_mean_of_its_modes(thickness):
     for low, high in zip(bands.low, bands.high, strict=True):
         inside = [pair for pair, own in zip(numbers, hz, strict=True) if low <= own < high]
         middle = np.sqrt(low * high)
-        if len(inside) < 5 or low < critical * 10.0**0.05 and high > critical * 10.0**-0.05:
+        if len(inside) < 5 or (low < critical * 10.0**0.05 and high > critical * 10.0**-0.05):
             continue
         ours = plate_efficiency(np.array([middle]), critical, (A, B))[0]
         assert abs(10.0 * np.log10(ours / rayleigh(middle, inside))) < 3.0, middle

@@ -241,25 +241,6 @@ def test_levels_converge_with_the_step():
     assert errors[kept].max() < 0.5
 
 
-PANELS = {
-    "[panels.a]\ninterfaces = ['cover']\nareas = []\nnormals = [[0, 1, 0]]\n": "give an area",
-    "[panels.a]\ninterfaces = ['cover']\nareas = [4]\nnormals = [[0, 0, 0]]\n": "not all 0",
-    "[panels.a]\nareas = [-1]\n": "areas",
-    "[panels.a]\nthicknes = 4\n": "thickness",
-}
-
-
-@pytest.mark.parametrize("text", PANELS)
-def test_panels_files_are_refused_in_one_line(tmp_path, text):
-    from cranktrain_lab.noise.own_panels import read_panels
-
-    path = tmp_path / "panels.toml"
-    path.write_text(text)
-    with pytest.raises(InputError, match=PANELS[text]) as error:
-        read_panels(path)
-    assert "\n" not in str(error.value) and "panels.toml" in str(error.value)
-
-
 def test_panels_of_other_blocks_are_refused():
     from cranktrain_lab.noise.own_panels import PanelTable, body_panels, with_thicknesses
 

@@ -184,6 +184,7 @@ def _refuse_run_options(ask: Noise, named: str | Path) -> None:
 
 def _run(named: str | Path | Engine, ask: Noise) -> NoiseResult:
     """Run the engine at all speeds."""
+    from cranktrain.structure.block.shape import block_plan
     from cranktrain_lab.noise.own_panels import read_panels
     from cranktrain_lab.noise.study import noise_assembly, noise_result
 
@@ -191,6 +192,7 @@ def _run(named: str | Path | Engine, ask: Noise) -> NoiseResult:
     if not speeds:
         raise InputError("--speed is missing; give one or several speeds, rev/min")
     engine = engine_of(named, ask)
+    block_plan(engine)  # refuses an engine without a block
     own = {} if ask.panels is None else read_panels(ask.panels)
     request = request_of(ask, speeds[0])
     request.settings(engine, option_of)
