@@ -136,6 +136,8 @@ def _by_place(plan: BlockPlan, surface: Facets) -> NDArray[np.object_]:
     side = np.where(np.where(np.abs(normal[:, 0]) > 0.2, normal[:, 0], centre[:, 0]) > 0.0, "right", "left")
     found = np.char.add("skirt ", side).astype(object)
     vee = len(plan.banks) > 1
+    if vee:
+        found[normal[:, 1] > FACING] = "valley"
     for bank in plan.banks:
         along = np.array([-np.sin(bank.angle), np.cos(bank.angle), 0.0])
         where = "" if not vee else " right" if along[0] > 0.0 else " left"

@@ -51,7 +51,7 @@ def third_octaves(lowest: float, highest: float) -> Bands:
     return Bands(nominal, middle * 10.0**-0.05, middle * 10.0**0.05)
 
 
-def level(values: Array, reference: float) -> Array:
+def level(values: Array | float, reference: float) -> Array:
     """Level, dB, of squares or powers over the square or power ``reference``; −inf for 0."""
     with np.errstate(divide="ignore"):
         return 10.0 * np.log10(np.asarray(values) / reference)

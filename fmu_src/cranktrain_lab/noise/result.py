@@ -157,7 +157,12 @@ class NoiseResult:
                     for name, (rpm, period, steady) in zip(found, rows, strict=bool(found))
                 )
 
-            return cls(panels, runs("runs"), float(attributes.pop("highest")), runs("finer"), attributes)
+            made = cls(panels, runs("runs"), float(attributes.pop("highest")), runs("finer"), attributes)
+            count = panels.normal.shape[0]
+            sound = panels.products.shape == (len(panels.names), count, count) and bool(made.runs)
+            if not sound or any(run.velocity.shape[1:] != (count,) for run in (*made.runs, *made.finer)):
+                raise ValueError("sizes of arrays differ")
+            return made
         except (KeyError, ValueError, TypeError):
             raise StoreError(f"{path}: damaged or incomplete; {REMEDY}") from None
 
@@ -172,17 +177,10 @@ def levels(result: NoiseResult, number: int, assumption: str) -> dict[str, Any]:
     of_bands = bands.sums(frequency, power)
     errors, open_bands = result.step_errors(number, assumption), result.unchecked(run, bands)
 
-    def db(values: Array) -> Any:
-        found = level(values, POWER_REFERENCE)
-        return np.where(np.isfinite(found), found, np.nan).round(2).tolist()
-
-    def plain(values: list[float]) -> list[float | None]:
-        return [None if value != value else value for value in values]
-
     rows = [
         {
             "hz": float(bands.nominal[b]),
-            "sound_power_db": plain([db(of_bands[:, b].sum())])[0],
+            "sound_power_db": _db(of_bands[:, b].sum()),
             "step_error_db": None if errors is None else round(float(errors[b]), 2),
             "note": _note(None if errors is None else float(errors[b]), bool(open_bands[b])),
         }
@@ -194,20 +192,25 @@ def levels(result: NoiseResult, number: int, assumption: str) -> dict[str, Any]:
             "area_m2": float(panels.area[k]),
             "critical_hz": float(panels.critical[k]),
             "velocity_mm_s": float(1e3 * np.sqrt(square[k, inside].sum())),
-            "sound_power_db": plain([db(power[k, inside].sum())])[0],
-            "sound_power_dba": plain([db(weighted[k, inside].sum())])[0],
-            "bands_db": plain(db(of_bands[k])),
+            "sound_power_db": _db(power[k, inside].sum()),
+            "sound_power_dba": _db(weighted[k, inside].sum()),
+            "bands_db": [_db(one) for one in of_bands[k]],
         }
         for k, name in enumerate(panels.names)
     ]
     return {
         "speed_rpm": run.speed_rpm,
         "steady": run.steady,
-        "sound_power_db": plain([db(power[:, inside].sum())])[0],
-        "sound_power_dba": plain([db(weighted[:, inside].sum())])[0],
+        "sound_power_db": _db(power[:, inside].sum()),
+        "sound_power_dba": _db(weighted[:, inside].sum()),
         "bands": rows,
         "panels": sorted(of_panels, key=lambda row: -(row["sound_power_dba"] or 0.0)),
     }
+
+
+def _db(power: float) -> float | None:
+    """Level of a sound power, dB to two decimals; None for silence."""
+    return round(float(level(power, POWER_REFERENCE)), 2) if power > 0.0 else None
 
 
 def _note(error: float | None, unchecked: bool) -> str:
