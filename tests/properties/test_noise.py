@@ -14,14 +14,15 @@ from small_block import single
 from cranktrain.core.errors import InputError, StoreError
 from cranktrain.core.rigid_slices import rigid_motion
 from cranktrain.structure.block.mesh import block_mesh
-from cranktrain.structure.block.shape import block_plan
-from cranktrain.structure.fem.reduction import surface_triangles
-from cranktrain_lab.noise.panels import Facets, block_panels, six_node_facets
+from cranktrain.structure.block.reduction import reduction_task
+from cranktrain.structure.block.shape import PATCH, block_plan
+from cranktrain.structure.fem.reduction import reduced_with_shapes, surface_triangles
+from cranktrain_lab.noise.panels import Facets, block_panels, facet_shapes, six_node_facets
 from cranktrain_lab.noise.pictures import loudest_band, surface_map
 from cranktrain_lab.noise.recording import Recorded
 from cranktrain_lab.noise.result import NoiseResult, Panels, levels
 from cranktrain_lab.noise.sound import RATE, save_sound
-from cranktrain_lab.noise.surface import Surface
+from cranktrain_lab.noise.surface import Surface, outer_surface
 
 
 @cache
@@ -87,6 +88,26 @@ def test_named_surfaces_of_an_own_mesh_are_its_panels():
     named = mesh.with_boundaries({"sump": skin[low]})
     names, panel = block_panels(plan, named, whole)
     assert names == ("sump",) and np.array_equal(panel == 0, low)
+
+
+def test_the_surface_of_a_reduction_moves_as_its_interfaces():
+    """Mean motion of the cover's patch, and of the deck, in every mode against interfaces ``cover`` and ``head[1]``."""
+    engine = single()
+    engine = replace(engine, block=replace(engine.block, fixed_modes=12))
+    plan = block_plan(engine)
+    model, _, reduced = reduced_with_shapes(reduction_task(engine), lambda text: None)
+    surface = outer_surface(plan, model, reduced)
+    values, _ = facet_shapes()
+    body, middle = reduced.body, surface.facets.points[surface.facets.nodes[:, :3]].mean(axis=1)
+    patch = (np.abs(middle[:, [0, 2]] - [0.0, 0.5 * sum(plan.ends)]) < 0.5 * PATCH).all(axis=1)
+    cover, deck = (surface.panel == surface.names.index(name) for name in ("cover", "deck"))
+    for inside, interface, sign in ((cover & patch, "cover", -1.0), (deck, "head[1]", 1.0)):
+        own = surface.facets.area_vectors[inside][:, :, 1]
+        moved = surface.modes[:, surface.facets.nodes[inside], 1] @ values.T
+        mean = (moved * own).sum(axis=(1, 2)) / own.sum()
+        theirs = body.shapes[body.index(interface), 1]
+        assert np.sign(own.sum()) == sign
+        assert mean == pytest.approx(theirs, abs=2e-3 * np.abs(theirs).max())
 
 
 def two_panels(rows=5):
