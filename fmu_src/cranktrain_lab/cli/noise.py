@@ -113,8 +113,13 @@ class Noise(
     ] = False
     output: Annotated[
         words.File | None,
-        Option("FILE.h5", "result file (default: ENGINE_SPEEDrpm_noise.h5, with other options in its name)"),
+        Option("FILE.h5", "result file (default: ENGINE_SPEEDrpm_noise.h5, with other speeds and options in its name)"),
     ] = None
+
+    @property
+    def speed_rpm(self) -> float:
+        """Lowest speed, rev/min, which begins the name of a result file."""
+        return min(several(self.speeds_rpm))
 
 
 @verb(Noise, DESCRIPTION, SOURCE)
@@ -156,22 +161,13 @@ def noise(named: str | Path | Engine, ask: Noise) -> VerbResult:
 
 def answer(engine: str, ask: Noise) -> VerbResult:
     """Run :func:`noise` with a result file, which is named after the options if no name is given."""
-    speeds = several(ask.speeds_rpm)
+    speeds = sorted(set(several(ask.speeds_rpm)))
     if ending(engine) != ".h5" and ask.output is None and speeds:
-        name = result_name(load_engine(engine).name, _Named(ask, speeds[0]), "noise")
-        ask = replace(ask, output=name)
+        plain = replace(ask, **{one.name: one.default for one in fields_of(Shown)})
+        kind = "_".join(("noise", *(f"{rpm:g}" for rpm in speeds[1:])))
+        ask = replace(ask, output=result_name(load_engine(engine).name, plain, kind))
     found: VerbResult = verb_of(noise).function(engine, ask)
     return found
-
-
-class _Named:
-    """Options of a run that its file's name may hold, with its first speed."""
-
-    def __init__(self, ask: Noise, speed_rpm: float) -> None:
-        shown = {one.name for one in fields_of(Shown)} | {"speeds_rpm", "output"}
-        self.__dict__ |= {key: value for key, value in vars(ask).items() if key not in shown}
-        self.speed_rpm = speed_rpm
-        self.to = several(ask.speeds_rpm)[1:]
 
 
 def _refuse_run_options(ask: Noise, named: str | Path) -> None:
