@@ -642,11 +642,15 @@ def pages() -> None:
 
 
 def pictures() -> None:
-    """Pictures of the demonstration, the journal orbits, the start on the thrust bearing and on the mounts."""
+    """Pictures of demonstration, journal orbits, the start on the thrust bearing and on the mounts, and noise."""
     python("examples/demo.py")
     python("examples/thrust_start.py")
     options = "--bearings reynolds --big-ends impedance --plots out --output out/six.h5"
     cranktrain(f"simulate diesel_i6 --speed 2000 {options}")
+    speeds = " ".join(map(str, range(800, 2401, 100)))
+    cranktrain(
+        f"noise diesel_i6 --speed {speeds} --output out/noise.h5 --plots docs --map docs/noise_map.png --at-hz 800"
+    )
     for name, source in {
         "pulley.png": "pulley.png", "first_torsional_mode.png": "first_torsional_mode.png",
         "journal_orbits.png": "orbits.png",

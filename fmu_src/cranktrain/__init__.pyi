@@ -71,6 +71,8 @@ from cranktrain_lab.cli.measured import AnalyseMeasured as AnalyseMeasured
 from cranktrain_lab.cli.measured import analyse_measured as analyse_measured
 from cranktrain_lab.cli.mounts import Mounts as Mounts
 from cranktrain_lab.cli.mounts import mounts as mounts
+from cranktrain_lab.cli.noise import Noise as Noise
+from cranktrain_lab.cli.noise import noise as noise
 from cranktrain_lab.cli.run_in import RunIn as RunIn
 from cranktrain_lab.cli.run_in import run_in as run_in
 from cranktrain_lab.cli.stability import Stability as Stability

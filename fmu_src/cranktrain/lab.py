@@ -11,6 +11,7 @@ FUNCTIONS = {
     "identify": f"{CLI}.identify:identify",
     "measured": f"{CLI}.measured:analyse_measured",
     "mounts": f"{CLI}.mounts:mounts",
+    "noise": f"{CLI}.noise:noise",
     "optimize": f"{CLI}.optimize:optimize_file",
     "run-in": f"{CLI}.run_in:run_in",
     "stability": f"{CLI}.stability:stability",
@@ -25,6 +26,7 @@ NAMES = {
         "couple": ("couple", "Couple"), "explore": ("explore",), "harness": ("harness", "RunHarness"),
         "identify": ("identify", "Identify"), "measured": ("analyse_measured", "AnalyseMeasured"),
         "mounts": ("mounts", "Mounts"),
+        "noise": ("noise", "Noise"),
         "run_in": ("run_in", "RunIn"), "stability": ("stability", "Stability"), "tradeoff": ("tradeoff", "TradeOff"),
         "variants": ("optimize", "vary"), "watch": ("watch", "Watch"),
     }.items()
@@ -36,6 +38,7 @@ FILE_KINDS = {
     "harness": ("Harness file of cranktrain", "cranktrain_lab.harness.tables:HarnessTable"),
     "study": ("Study of variants of cranktrain", "cranktrain_lab.variants.tables:StudyTable"),
     "targets": ("Targets file of cranktrain", "cranktrain_lab.calibration.targets:TargetsTable"),
+    "panels": ("Panels file of cranktrain noise", "cranktrain_lab.noise.own_panels:PanelsTable"),
     "measured": ("Measured file of cranktrain", "cranktrain_lab.identification.tables:MeasuredTable"),
 }
 """Kinds of files that people write: titles of their schemas, and where their tables are."""

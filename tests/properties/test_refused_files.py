@@ -16,6 +16,7 @@ from cranktrain.results.orders.measured import read_measured_orders
 from cranktrain.studies.scene import load_scene
 from cranktrain_lab.calibration.targets import load_targets
 from cranktrain_lab.harness.file import load_harness
+from cranktrain_lab.noise.own_panels import read_panels
 from cranktrain_lab.wear.schedule import read_schedule
 
 ENGINES = {"engine-i6": SIX, "engine-v8": EIGHT}
@@ -27,6 +28,7 @@ READERS = {
     "spark-ignition": lambda path: module_of(path).read(path),
     "targets": lambda path: load_targets(path, load_engine("diesel_i6")), "drive-line-csv": read_drive_line,
     "valve-trains": load_harness, "wear-schedule": read_schedule,
+    "panels": read_panels,
 }  # fmt: skip
 TABLES = {"pressure", "measured-orders", "drive-line-csv", "wear-schedule"}
 """Kinds that are tables of columns, not TOML."""

@@ -25,6 +25,7 @@ from cranktrain.studies.scene import load_scene
 from cranktrain_lab.calibration.targets import load_targets
 from cranktrain_lab.harness.file import load_harness
 from cranktrain_lab.identification.identify import read_measured_file
+from cranktrain_lab.noise import result as noise
 from cranktrain_lab.variants.results.variants import Variants
 from cranktrain_lab.variants.study import load_study
 from cranktrain_lab.wear.records import WearHistory
@@ -118,5 +119,6 @@ def test_the_page_states_the_formats_as_they_are():
         "reduced body": reduced_body.SCHEMA,
         "film table": database.SCHEMA,
         "wear history": hdf5.WEAR_SCHEMA,
+        "noise": noise.SCHEMA,
         "variants": 1,
     }

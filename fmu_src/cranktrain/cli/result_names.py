@@ -7,7 +7,7 @@ from typing import Any
 
 LEVELS = ("crank", "bearings")
 """Options whose values appear without the option's name."""
-APART = ("speed_rpm", "output", "plots", "steady", "export_ssp")
+APART = ("speed_rpm", "speeds_rpm", "output", "plots", "steady", "export_ssp")
 """Options that are left out: they do not change the result, or are in the name anyway."""
 LONGEST, LONGEST_NAME = 24, 120
 """Largest number of characters of a value, and of a name; a digest replaces the rest."""

@@ -11,7 +11,7 @@ GROUPS = {
         "engines": "The engines that ship with the package: name, title, layout, displacement and firing order.",
         "new": "Write a complete engine file from a layout and a few sizes.",
         "schema": "The JSON schema of a kind of file: engine, scene, superelement, combustion, valve-train, harness, "
-        "study, targets, measured.",
+        "study, targets, panels, measured.",
         "reduce": "Make and check the reduced crankshaft, and block, kept in the cache; write them elsewhere.",
     },
     "vibration": {
@@ -28,6 +28,8 @@ GROUPS = {
         "mounts": "The rigid engine on its mounts: six named modes, mount forces by order over speed, start and stop.",
         "picture": "The crankshaft in three dimensions, in a mode or as it runs: picture (PNG), animation (GIF, MP4) "
         "or page (HTML).",
+        "noise": "Velocity of the block's outer surfaces, third-octave levels by panel, and the sound power that they "
+        "radiate.",
         "damper-optimum": "Optimum damping of a torsional damper, for two masses or for a torsional mode of an engine.",
     },
     "bearings": {

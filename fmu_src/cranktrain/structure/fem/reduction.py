@@ -28,6 +28,8 @@ from cranktrain.structure.fem.interfaces import InterfaceSet
 CHECKED_HZ = 1000.0
 # Number of modes (rigid ones and the first elastic ones) whose surface motion is stored for pictures.
 PICTURED_MODES = 36
+SAME = 1e-9
+"""Relative tolerance within which frequencies and shapes of a repeated reduction equal those of the stored body."""
 
 _ERROR = "max_relative_error"
 """Key of a body's ``quality``, present only after a check against the full model."""
@@ -83,7 +85,16 @@ def reduced_structure(
             return kept
     check_kept(task.path)
     say = progress or (lambda stage: None)
-    model, interfaces, reduced = reduced_with_shapes(task, say)
+    body = _stored(task, reduced_with_shapes(task, say), say, checked)
+    give_back()
+    return body
+
+
+def _stored(
+    task: ReductionTask, shaped: tuple[FEModel, InterfaceSet, Reduced], say: Progress, checked: bool
+) -> ReducedBody:
+    """Write a body's file from its reduction with shapes, with its quality and further results; returns the body."""
+    model, interfaces, reduced = shaped
     with one_thread():
         rigid = reduced.flexibility.rigid
         quality = {
@@ -101,8 +112,6 @@ def reduced_structure(
         if task.beside is not None:
             task.beside(model, reduced.flexibility, say)
     save_body(task.path, body, _surface(model, reduced.modes[:, :PICTURED_MODES]))
-    del model, interfaces, reduced
-    give_back()
     return body
 
 
@@ -112,6 +121,19 @@ def reduced_with_shapes(task: ReductionTask, say: Progress) -> tuple[FEModel, In
     interfaces = task.interfaces(model)
     with one_thread():
         return model, interfaces, craig_bampton(model, interfaces, task.fixed_modes, task.name, task.digest, say)
+
+
+def repeated_reduction(task: ReductionTask, say: Progress) -> tuple[FEModel, InterfaceSet, Reduced]:
+    """Repeat a body's reduction with mode shapes; a stored body that is missing or another machine's is replaced."""
+    check_kept(task.path)
+    found = reduced_with_shapes(task, say)
+    own = found[2].body
+    kept = load_body(task.path, task.digest) if task.path.exists() else None
+    pairs = () if kept is None else ((kept.omega, own.omega), (kept.shapes, own.shapes))  # signs of modes count too
+    same = [a.shape == b.shape and np.allclose(a, b, rtol=SAME, atol=SAME * np.abs(b).max()) for a, b in pairs]
+    if kept is None or not all(same):
+        _stored(task, found, say, checked=False)
+    return found
 
 
 def _with(body: ReducedBody, found: Comparison) -> ReducedBody:

@@ -12,8 +12,8 @@ from cranktrain.store.hdf5 import load_body
 from cranktrain.store.whole_file import whole_file
 from cranktrain.structure.crank.reduction import reduction_task
 from cranktrain.structure.fem.elasticity import component_dofs
-from cranktrain.structure.fem.reduction import Progress, ReductionTask
-from cranktrain.structure.stress.stress_modes import SAME, ShapedCrank
+from cranktrain.structure.fem.reduction import SAME, Progress, ReductionTask
+from cranktrain.structure.stress.stress_modes import ShapedCrank
 from cranktrain.structure.stress.sub_model import FilletModes, fillet_modes
 from cranktrain.structure.stress.throw_mesh import place_fineness, throw_places
 

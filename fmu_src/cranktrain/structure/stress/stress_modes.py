@@ -19,25 +19,23 @@ from cranktrain.core.threads import one_thread
 from cranktrain.core.types import Array
 from cranktrain.engine.model import Engine
 from cranktrain.store.hdf5 import load_body
-from cranktrain.store.whole_file import check_kept, whole_file
+from cranktrain.store.whole_file import whole_file
 from cranktrain.structure.crank.reduction import reduction_task
 from cranktrain.structure.fem.craig_bampton import Reduced
 from cranktrain.structure.fem.elasticity import FEModel, component_dofs, sample
 from cranktrain.structure.fem.interfaces import InterfaceSet
 from cranktrain.structure.fem.own_body import is_body
 from cranktrain.structure.fem.reduction import (
+    SAME,
     Progress,
     ReductionTask,
-    reduced_structure,
-    reduced_with_shapes,
+    repeated_reduction,
     surface_triangles,
 )
 from cranktrain.structure.stress.nodal_stress import NodalStress
 
 RECIPE = 1
 """Version of the stored stresses: raised when changed code gives other stresses for the same mode shapes."""
-SAME = 1e-9
-"""Relative tolerance within which frequencies and shapes of a repeated reduction equal those of the stored body."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -93,14 +91,7 @@ class ShapedCrank:
     @classmethod
     def of(cls, engine: Engine, mesh_file: str | Path | None, say: Progress) -> "ShapedCrank":
         """Repeat a body's reduction with mode shapes; a stored body that differs (of another machine) is replaced."""
-        task = reduction_task(engine, mesh_file)
-        check_kept(task.path)
-        found = cls(*reduced_with_shapes(task, say))
-        kept, own = reduced_structure(task, say), found.reduced.body
-        pairs = (kept.omega, own.omega), (kept.shapes, own.shapes)  # signs of the modes are compared too
-        if any(a.shape != b.shape or not np.allclose(a, b, rtol=SAME, atol=SAME * np.abs(b).max()) for a, b in pairs):
-            reduced_structure(task, say, rebuild=True)
-        return found
+        return cls(*repeated_reduction(reduction_task(engine, mesh_file), say))
 
 
 def stress_modes(

@@ -1,0 +1,1 @@
+"""Structure-borne noise of an engine: velocity of the outer surfaces of its block, and the power that they radiate."""
