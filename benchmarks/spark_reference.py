@@ -10,9 +10,9 @@ Steps are 0.25 degrees with the trapezoidal rule of the work.
 Thermodynamic data: GRI-Mech 3.0, and iso-octane of NASA's collection, as Cantera distributes both.
 """
 
+import argparse
 import json
 import math
-import sys
 from pathlib import Path
 
 from scipy.optimize import brentq
@@ -153,6 +153,9 @@ def _cycle(case, pressure_of):
 
 def main():
     """Write all cases."""
+    parser = argparse.ArgumentParser(prog="benchmarks.spark_reference", description=__doc__)
+    parser.add_argument("file", help="where to write the cycles")
+    chosen = parser.parse_args()
     found = {
         "bore": BORE, "stroke": STROKE, "rod": ROD, "compression_ratio": RATIO, "closes_deg": CLOSES,
         "opens_deg": OPENS,
@@ -164,7 +167,7 @@ def main():
         print(f"{name}: peak {1e-6 * max(two):.4g} MPa; one temperature differs by {100.0 * apart:.2g} % of it")
         pressures = [float(f"{value:.6g}") for value in two]
         found["cases"][name] = {**case, "mass": set_up(case)[2], "pressures": pressures}
-    Path(sys.argv[1]).write_text(json.dumps(found) + "\n", encoding="utf-8")
+    Path(chosen.file).write_text(json.dumps(found) + "\n", encoding="utf-8")
 
 
 if __name__ == "__main__":

@@ -45,7 +45,7 @@ class Start(NamedTuple):
 
 ROWS = tomllib.loads((ROOT / "tests" / "data" / "benchmark_starts.toml").read_text("utf-8"))
 STARTS = {name: Start(**row) for name, row in sorted(ROWS.items())}
-NO_JSON = {"digests", "ground_springs", "vector_kernels", "whole_engine", "clients", "peers"}
+NO_JSON = {"digests", "ground_springs", "vector_kernels", "whole_engine", "clients", "peers", "spark_reference"}
 """Scripts that print lines or tables, or are not started whole."""
 
 
