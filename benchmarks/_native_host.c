@@ -1,6 +1,6 @@
 /* A C host that times a native FMU: one JSON object. See native_fmu.py.
 
-   host LIBRARY GUID RESOURCES FIRST_INPUT LAST_INPUT FIRST_OUTPUT LAST_OUTPUT cold|calls|threads|steps STEP COUNT [SETTING ...]
+   host LIBRARY GUID RESOURCES FIRST_INPUT LAST_INPUT FIRST_OUTPUT LAST_OUTPUT cold|calls|threads|steps|still STEP COUNT [SETTING ...]
 
    A setting is text:REFERENCE=TEXT or real:REFERENCE=NUMBER, set before the start; sweep:REFERENCE=LOW:HIGH:SECONDS, an
    input that goes from LOW to HIGH and back in that time of simulation; or read:REFERENCE, an output read after each
@@ -221,6 +221,18 @@ static void time_steps(void) {
     f.fmi2FreeInstance(one);
 }
 
+/* Longest pauses of an empty loop over the length of a step, during as many steps: what the machine itself takes. */
+static void time_pauses(void) {
+    const double begun = now(CLOCK_MONOTONIC), end = begun + unit.step * (double)unit.count;
+    double before = begun, longest = 0.0;
+    while (before < end) {
+        const double time = now(CLOCK_MONOTONIC);
+        longest = fmax(longest, time - before);
+        before = time;
+    }
+    printf("{\"largest\": %g}\n", longest / unit.step);
+}
+
 /* Take a setting, see the head of the file. */
 static void take(const char *setting) {
     const char *value = strchr(setting, '=');
@@ -266,5 +278,6 @@ int main(int n, char **arguments) {
     if (strcmp(mode, "calls") == 0) time_calls(table(0));
     if (strcmp(mode, "threads") == 0) time_threads();
     if (strcmp(mode, "steps") == 0) time_steps();
+    if (strcmp(mode, "still") == 0) time_pauses();
     return 0;
 }

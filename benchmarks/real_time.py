@@ -1,12 +1,12 @@
 """Worst times of steps in real time: ``chrt -f 50 taskset -c 1 python -m benchmarks.real_time``.
 
-A C host (``_native_host.c``) runs native FMUs of the six, the petrol four and the V8 in steps of one millisecond while
+A C host (``_native_host.c``) runs native FMUs of the six, two fours and the V8 in steps of one millisecond while
 the speed goes from a third of the rated speed to it and back, 50 s each way. First each engine at its default levels
 over 10^6 steps, then, over a tenth of them, with ``solver.work_limit`` at the iterations that 99 % of the steps keep
 to, and at other levels. A level whose first 500 steps take longer than they last is not run on. Wall and processor
-time over the length of a step; a level holds 1 kHz with a margin of two where the largest is 0.5 at most. Wall times
-mean something on an idle core alone, at a real-time priority, which the processes that this one starts inherit. Prints
-one JSON object.
+time over the length of a step; ``still`` is the longest pause of an empty loop in as much time. Wall times mean
+something on an idle core alone, at a real-time priority, which the processes that this one starts inherit. Prints one
+JSON object.
 """
 
 from __future__ import annotations
@@ -28,7 +28,7 @@ from cranktrain.fmu.build import build_fmu
 
 STEP, SWEEP = 1.0e-3, 100.0
 """Communication step, and the time of a sweep over the speeds and back; s."""
-ENGINES = "diesel_i6", "four_petrol", "diesel_v8"
+ENGINES = "diesel_i6", "generator_four", "four_petrol", "diesel_v8"
 STEPS, TRIED, SHARE = 1_000_000, 500, 10
 """Steps at the default levels; steps after which a slow level is given up; other runs have a SHARE-th of the steps."""
 LEVELS = {
@@ -74,6 +74,7 @@ def main(arguments: list[str] | None = None) -> int:
             timed = Timed(host, build_fmu(engine, folder, platforms=("linux64",), levels="all"))
             sweep = f"{speeds[0]!r}:{speeds[1]!r}:{SWEEP}"
             of_engine: dict[str, Any] = {"speeds_rpm": [round(speed / RPM) for speed in speeds]}
+            of_engine["still"] = timed("still", STEP, chosen.steps // SHARE)["largest"]
             of_engine["default"] = free = figures(timed, sweep, chosen.steps, {})
             limit = free["iterations"]["of_a_hundred"]
             of_engine["limited"] = {"limit": limit, **figures(timed, sweep, chosen.steps // SHARE, {}, limit)}

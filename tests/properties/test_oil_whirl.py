@@ -142,7 +142,7 @@ def test_a_shaft_that_stands_sinks_by_squeeze_and_lands_on_its_asperities(level)
         assert np.isfinite(simulation.outputs).all()
         assert watched(simulation, "force.y") == pytest.approx(5000.0, rel=1e-3)
     # It only sinks; a film would let it sink for ever, so that what holds it at last is contact.
-    assert (np.diff(place) > -1e-5).all() and place[-1] > place[0] + 1e-3
+    assert (np.diff(place) > -1e-5).all() and place[-1] > place[0] + 1e-4
     assert place[-1] - place[-20] < 1e-5 and 0.95 < place[-1] < 1.0
 
 

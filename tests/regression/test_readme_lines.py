@@ -55,7 +55,7 @@ def clone(tmp_path, monkeypatch):
 
 
 def test_lines_of_seconds_run(clone, capsys):
-    """Two new engines, a bench file's channels, and a misfire of cylinder 3 from recordings of the pulley."""
+    """Two new engines with their combustion, a bench file's channels, and a misfire of cylinder 3 from recordings of the pulley."""
     told = {}
     for words in LINES:
         if words[:1] == ["cranktrain"] and words[1] in QUICK:
@@ -64,7 +64,7 @@ def test_lines_of_seconds_run(clone, capsys):
             told[words[1]] += capsys.readouterr().out
     assert "pulley" in told["measured"]
     assert "Likeliest: misfire of cylinder 3, severity 0.2" in told["watch"]
-    assert len(list(clone.glob("my_*.toml"))) == 2 and len(list(clone.glob("my_*_crank.msh"))) == 1
+    assert len(list(clone.glob("my_*.toml"))) == 4 and len(list(clone.glob("my_*_crank.msh"))) == 1
 
 
 def page_served(command):
