@@ -842,7 +842,7 @@ def real_time() -> str:
 
 def real_time_table(found: dict[str, Any]) -> str:
     """The table of a run of ``benchmarks/real_time.py``."""
-    rows = []
+    rows, pause = [], found.pop("still")
     for name, of_engine in found.items():
         least, most = of_engine["speeds_rpm"]
         for title, one in ((key, value) for key, value in of_engine.items() if isinstance(value, dict)):
@@ -856,8 +856,8 @@ def real_time_table(found: dict[str, Any]) -> str:
         "engine, rev/min", "levels", "median", "99.9 %", "99.99 %", "largest", "largest, wall",
         "iterations: median, largest", "holds 1 kHz with a margin of two",
     )  # fmt: skip
-    pauses = ", ".join(f"{of_engine['still']:.1f}" for of_engine in found.values())
-    return table(header, rows) + f"\n\nLongest pause of an empty loop beside each engine: {pauses}."
+    note = f"The longest pause of an empty loop in the time of 10⁵ steps was {pause:.1f} steps."
+    return f"{table(header, rows)}\n\n{note}"
 
 
 MADE: dict[str, tuple[str, Callable[[], str]]] = {

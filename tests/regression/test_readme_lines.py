@@ -55,7 +55,7 @@ def clone(tmp_path, monkeypatch):
 
 
 def test_lines_of_seconds_run(clone, capsys):
-    """Two new engines with their combustion, a bench file's channels, and a misfire of cylinder 3 from recordings of the pulley."""
+    """Two new engines with their combustion, a bench file's channels, and a misfire from recordings of the pulley."""
     told = {}
     for words in LINES:
         if words[:1] == ["cranktrain"] and words[1] in QUICK:
