@@ -80,6 +80,11 @@ def main(arguments: list[str] | None = None) -> int:
             limit = free["iterations"]["of_a_hundred"]
             of_engine["limited"] = {"limit": limit, **figures(timed, sweep, chosen.steps // SHARE, {}, limit)}
             for title, levels in LEVELS.items():
+                if engine.main_bearing is None:  # on rollers
+                    if levels.get("bearing.level") in ("table", "ehd"):
+                        continue
+                    title = title.replace("impedance", "roller")
+                    levels = {key: text.replace("impedance", "roller") for key, text in levels.items()}
                 if has_block or levels["block.level"] == "ground":
                     print(f"{name}: {title}", file=sys.stderr, flush=True)
                     of_engine[title] = figures(timed, sweep, chosen.steps // SHARE, levels)
