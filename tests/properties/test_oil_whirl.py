@@ -49,6 +49,13 @@ def rotor(mass, load, speed=SPEED, **choices):
     return simulation
 
 
+def lift(simulation, height):
+    """Raise both journals by a part of the clearance."""
+    shape, state = np.vstack([entry.shapes(simulation.model, f"main[{i}]")[1] for i in (1, 2)]), simulation.state
+    entry.motion(simulation, state)[0] += np.linalg.pinv(shape) @ np.full(2, height * C)
+    simulation.state = state
+
+
 def growth(simulation, kick, turns=40):
     """Growth of a whirl per turn of the journal, from the velocity ``kick`` over ωc on; and its size at the end."""
     shape, state = np.vstack([entry.shapes(simulation.model, f"main[{i}]")[:2] for i in (1, 2)]), simulation.state
@@ -133,7 +140,10 @@ def watched(simulation, name):
 def test_a_shaft_that_stands_sinks_by_squeeze_and_lands_on_its_asperities(level):
     # A thin film's damping makes a force of the tolerance over the step.
     simulation = rotor(20.0, 5000.0, speed=0.0, bearings=level, newton_tolerance=1e-10)
-    place, time, step = [watched(simulation, "eccentricity")], 0.0, 1e-3
+    lift(simulation, 0.02)
+    for k in range(1, 51):  # until the film carries it again
+        simulation.step(k * 1e-4)
+    place, time, step = [watched(simulation, "eccentricity")], 5e-3, 1e-3
     for _ in range(180):
         time += step
         simulation.step(time)
@@ -142,7 +152,7 @@ def test_a_shaft_that_stands_sinks_by_squeeze_and_lands_on_its_asperities(level)
         assert np.isfinite(simulation.outputs).all()
         assert watched(simulation, "force.y") == pytest.approx(5000.0, rel=1e-3)
     # It only sinks; a film would let it sink for ever, so that what holds it at last is contact.
-    assert (np.diff(place) > -1e-5).all() and place[-1] > place[0] + 1e-4
+    assert (np.diff(place) > -1e-5).all() and place[-1] > place[0] + 1e-3
     assert place[-1] - place[-20] < 1e-5 and 0.95 < place[-1] < 1.0
 
 
