@@ -43,9 +43,7 @@ SPEEDS = 21
 class CampbellDiagram(words.CrankLevel, words.DriveLine, words.Meshes):
     """Question of :func:`campbell`."""
 
-    from_rpm: Annotated[
-        words.Rpm | None, Option("RPM", "first speed, rev/min (default: the engine's lowest)", "--from")
-    ] = None
+    from_rpm: words.FirstSpeed | None = None
     to_rpm: Annotated[
         words.Rpm | None, Option("RPM", "last speed, rev/min (default: a quarter above the engine's highest)", "--to")
     ] = None

@@ -36,12 +36,8 @@ network. Ctrl-C ends it (exit code 0). Needs the extra explore: pip install cran
 class Explore(Question):
     """Contents of a page in a notebook or a browser."""
 
-    from_rpm: Annotated[
-        words.Rpm | None, Option("RPM", "first speed, rev/min (default: the engine's lowest)", "--from")
-    ] = None
-    to_rpm: Annotated[
-        words.Rpm | None, Option("RPM", "last speed, rev/min (default: the engine's highest)", "--to")
-    ] = None
+    from_rpm: words.FirstSpeed | None = None
+    to_rpm: words.LastSpeed | None = None
     measured: Annotated[
         words.File | None,
         Option("FILE", "measured orders, laid over the computed ones; table of 'cranktrain measured' or UFF 58"),

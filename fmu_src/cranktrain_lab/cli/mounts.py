@@ -43,12 +43,8 @@ Ramp = Annotated[float, between(1.0, 20000.0, "rev/min per s")]
 class Mounts(words.Load):
     """Question of :func:`mounts`."""
 
-    from_rpm: Annotated[
-        words.Rpm | None, Option("RPM", "first speed, rev/min (default: the engine's lowest)", "--from")
-    ] = None
-    to_rpm: Annotated[
-        words.Rpm | None, Option("RPM", "last speed, rev/min (default: the engine's highest)", "--to")
-    ] = None
+    from_rpm: words.FirstSpeed | None = None
+    to_rpm: words.LastSpeed | None = None
     step_rpm: Annotated[
         float | None,
         between(0.01, 10000.0, "rev/min"),

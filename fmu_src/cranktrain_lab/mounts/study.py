@@ -23,6 +23,8 @@ STRONGEST = 6
 """Number of orders that are listed if none are asked for."""
 NOTHING = 1e-9
 """Fraction of the largest force of all orders, below which an order is not listed."""
+LARGEST_WAY, LARGEST_TURN = 0.01, 0.05
+"""Displacement, m, and rotation, rad, of the centre beyond which a start or stop is told to be too large."""
 COARSE, CYCLE = 160, 720
 """Speeds and crank angles at which the periodic motion beside a start or stop is evaluated."""
 UNITS = ("um", "um", "um", "mrad", "mrad", "mrad")
@@ -219,4 +221,11 @@ def _said(of: Study, passages: Sequence[Passage]) -> list[str]:
         said.append(f"a table of mounts ends at {table}, orders reach {wanted}; beyond it the last stiffness is taken")
     if error := max((one.error for one in passages if one.error > GOOD), default=0.0):
         said.append(f"the mounts in time differ from a table by up to {100.0 * error:.1f} %")
+    for one in passages:
+        way, turn = (float(np.abs(part).max()) for part in (one.run.centre[:, :3], one.run.centre[:, 3:]))
+        if way > LARGEST_WAY or turn > LARGEST_TURN:
+            said.append(
+                f"{one.name}: {1e3 * way:.0f} mm and {turn:.2f} rad are more than small motions and usual mounts "
+                "allow; real starts burn less (--load), pass faster, or meet stops"
+            )
     return said

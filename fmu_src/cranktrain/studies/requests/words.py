@@ -146,6 +146,8 @@ BalancedShare = Annotated[
     ),
 ]
 Rpm = Annotated[float, between(SLOWEST_RPM, FASTEST_RPM, "rev/min")]
+FirstSpeed = Annotated[Rpm, Option("RPM", "first speed, rev/min (default: the engine's lowest)", "--from")]
+LastSpeed = Annotated[Rpm, Option("RPM", "last speed, rev/min (default: the engine's highest)", "--to")]
 Speed = Annotated[
     float,
     between(SLOWEST_RPM, FASTEST_RPM, "rev/min; for less use the FMU, which takes any speed from 0"),
