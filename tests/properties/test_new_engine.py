@@ -22,7 +22,7 @@ from cranktrain.cli.main import main
 from cranktrain.core.units import RPM
 from cranktrain.dynamics.model.settings import Settings
 from cranktrain.dynamics.simulation import simulate
-from cranktrain.engine.file import engine_names, load_engine
+from cranktrain.engine.file import engine_folder, engine_names, load_engine
 from cranktrain.engine.firing import firing_summary
 from cranktrain.loads.damper import damper_parameters, equivalent_damping
 from cranktrain.loads.gas_pressure import GasTrace
@@ -41,6 +41,7 @@ from cranktrain.studies.design.layouts import LAYOUTS, VEE, layout
 from cranktrain.studies.design.mounted_block import mounted_mass
 from cranktrain.studies.design.sizes import BARE, PUBLISHED, Equipment, is_short, sizes, today
 from cranktrain.studies.torsion.damper_optimum import crank_optimum
+from cranktrain_lab.coupling.modules import combustion_of
 
 
 @pytest.mark.parametrize("name", LAYOUTS)
@@ -197,6 +198,24 @@ def test_its_combustion_gives_the_mean_pressure_of_the_engine(fuel, power, least
     assert least <= 1e-5 * made.intake_pressure <= most
     assert point.air_ratio == pytest.approx(1.0 if fuel == "petrol" else 1.5, rel=0.02)
     assert 5.0 < math.degrees(point.peak_angle) < 18.0
+
+
+@pytest.mark.parametrize(
+    ("name", "fuel"), [("three_petrol", "petrol"), ("generator_four", "diesel"), ("copy", "petrol")]
+)
+def test_an_engine_without_a_module_file_gets_a_combustion_by_the_same_rules(name, fuel, tmp_path):
+    """Its mean pressure is that of the built-in trace, which needs a boost near that of the trace."""
+    source = name
+    if name == "copy":  # a file of one's own, which the made file finds from any folder
+        source = tmp_path / "copy.toml"
+        source.write_text((engine_folder() / "v12_petrol.toml").read_text("utf-8"), "utf-8")
+    engine = load_engine(source)
+    with pytest.warns(UserWarning, match=f"by rules of practice for {fuel} is taken"):
+        made = load_combustion(combustion_of(engine, source))
+    assert performance(made, engine.best_speed).indicated_pressure == pytest.approx(
+        GasTrace.from_engine(engine).imep, rel=0.02
+    )
+    assert made.intake_pressure == pytest.approx(engine.burn.intake_pressure, rel=0.05)
 
 
 def test_the_engines_that_ship_are_listed(capsys):

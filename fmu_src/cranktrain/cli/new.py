@@ -176,9 +176,10 @@ def answer(named: str, ask: NewEngine) -> VerbResult:
 
 def _write_combustion(beside: Path, name: str, found: Sizes, path: Path) -> None:
     """Write the module file of the combustion beside an engine file."""
-    from cranktrain.studies.design.combustion_file import combustion_text
+    from cranktrain.studies.design.combustion_file import Aim, combustion_text
 
-    text = combustion_text(name, found, load_engine(path))
+    aim = Aim(load_engine(path), found.fuel_name, found.fuel, found.imep, found.rated)
+    text = combustion_text(name, path.name, aim)
     with whole_file(beside, MODULE_KIND) as temporary:
         temporary.write_text(text, encoding="utf-8")
 

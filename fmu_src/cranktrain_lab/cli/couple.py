@@ -147,6 +147,7 @@ def fmus(named: str | Path | Engine, ask: Couple, folder: Path) -> tuple[Path, P
     from cranktrain.fmu.build import build_fmu
     from cranktrain.modules.register import module_of_engine
     from cranktrain_lab.coupling.fmu_unit import described
+    from cranktrain_lab.coupling.modules import combustion_of
 
     engine = engine_of(named, ask)
     if ask.drive_line is not None and ask.cranktrain:
@@ -156,12 +157,15 @@ def fmus(named: str | Path | Engine, ask: Couple, folder: Path) -> tuple[Path, P
     for given in (ask.cranktrain, ask.combustion, ask.valvetrain):
         if given:
             described(Path(given))
-    own_fmus = {COMBUSTION: ask.combustion, VALVETRAIN: ask.valvetrain}
-    left_out = {COMBUSTION: measured is not None, VALVETRAIN: ask.no_valvetrain}
+    own_fmus = {VALVETRAIN: ask.valvetrain, COMBUSTION: ask.combustion}
+    left_out = {VALVETRAIN: ask.no_valvetrain, COMBUSTION: measured is not None}
     wanted = [name for name in own_fmus if not left_out[name]]
     file = "" if isinstance(named, Engine) else named
     try:
-        own = {name: module_of_engine(name, engine.name, file) for name in wanted if not own_fmus[name]}
+        own = {
+            name: combustion_of(engine, file) if name == COMBUSTION else module_of_engine(name, engine.name, file)
+            for name in wanted if not own_fmus[name]
+        }  # fmt: skip
     except InputError as error:
         if ask.no_valvetrain:
             raise InputError(f"{error}; or give measured pressures with --pressure") from None

@@ -9,8 +9,8 @@ from cranktrain.core.errors import InputError, shown
 from cranktrain.core.typed_file import record
 from cranktrain.core.user_file import beside, ending, file_exists
 from cranktrain.engine.file import load_engine
-from cranktrain.modules.register import module_of_engine, module_path, shipped_for_engines
-from cranktrain_lab.coupling.modules import COMBUSTION, CRANKTRAIN, VALVETRAIN
+from cranktrain.modules.register import module_path, shipped_for_engines
+from cranktrain_lab.coupling.modules import COMBUSTION, CRANKTRAIN, VALVETRAIN, combustion_of
 from cranktrain_lab.harness.entries import UnitEntry
 from cranktrain_lab.harness.measures import named
 from cranktrain_lab.harness.tables import HarnessTable, Measured, UnitTable
@@ -65,18 +65,18 @@ def _defaults(path: Path, document: HarnessTable) -> dict[str, str]:
     if document.connections is not None:
         raise InputError("engine does not go with [connections]; name every unit with [units.NAME]")
     engine = _built(path, document.engine, "engine")
-    name = load_engine(engine).name
+    loaded = load_engine(engine)
     found = {CRANKTRAIN: engine}
     if document.recording is not None:
         return found
     own = tables.get(COMBUSTION, UnitTable())
     if own.fmu is None and own.build is None:
-        found = {COMBUSTION: module_of_engine(COMBUSTION, name, engine)} | found
+        found = {COMBUSTION: combustion_of(loaded, engine)} | found
     if document.valvetrain is False:
         if VALVETRAIN in tables:
             raise InputError("valvetrain = false leaves out what [units.valvetrain] gives; leave one of them out")
-    elif name in (shipped := shipped_for_engines(VALVETRAIN)):
-        found = {VALVETRAIN: shipped[name]} | found
+    elif loaded.name in (shipped := shipped_for_engines(VALVETRAIN)):
+        found = {VALVETRAIN: shipped[loaded.name]} | found
     return found
 
 
