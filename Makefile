@@ -23,7 +23,7 @@ export PYTHONUNBUFFERED := 1
 export OMP_NUM_THREADS ?= 1
 export OPENBLAS_NUM_THREADS ?= 1
 
-.PHONY: demo test test-all test-slow durations mutants lint docs figures bench bench-peers bench-cost install native wheel
+.PHONY: demo test test-all test-slow examples durations mutants lint docs figures bench bench-peers bench-cost install native wheel
 
 # The demo makes the machine code itself, beside its finite elements.
 demo: $(VENV)/.installed-bare
@@ -46,6 +46,10 @@ test-all: test
 # What takes more than 20 s a test, hours in all.
 test-slow: $(VENV)/.installed-test
 	$(PYTEST) -m slow $(TESTS)
+
+# Other examples of hypothesis than those of every run; one that fails is pinned by @example.
+examples: $(VENV)/.installed-test
+	$(PYTEST) -m hypothesis --hypothesis-profile=others $(TESTS)
 
 # The core anew, from what make test-all measured.
 durations:

@@ -1,4 +1,6 @@
-"""Makes the helpers beside this file importable from every folder; no example of hypothesis is timed.
+"""Makes the helpers beside this file importable from every folder; examples of hypothesis are not timed.
+
+They are the same in every run, so that a verdict can be had again; `make examples` looks for others.
 
 A run ends with one line for each kind of skip, see :mod:`skips`.
 """
@@ -10,7 +12,8 @@ from core import Phase, Recording, function_of, left_out, seconds_of_file
 from hypothesis import HealthCheck, settings
 from skips import KNOWN, kinds
 
-settings.register_profile("any-machine", deadline=None, suppress_health_check=[HealthCheck.too_slow])
+settings.register_profile("any-machine", deadline=None, derandomize=True, suppress_health_check=[HealthCheck.too_slow])
+settings.register_profile("others", settings.get_profile("any-machine"), derandomize=False)
 settings.load_profile("any-machine")
 
 _phase = Phase()

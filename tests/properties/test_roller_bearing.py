@@ -119,6 +119,7 @@ LOADS = st.tuples(st.floats(0.0, 6.0), ANGLES, st.floats(-1.0, 1.0), st.floats(-
 @example((0.0, 1e-5, 1e-5, 0.0), 1e-5, 40e-6)  # the search passes the balance
 @example((0.0, 0.0, 0.0, 2e-9), 0.0, 150e-6)  # one roller bears, far from the next
 @example((0.0, 0.0, 0.25, 4.3e-14), 0.0, 5e-6)  # a stiff and a soft direction at once
+@example((0.0, 3.2091327742344452e-15, 0.0, 3.2091327742344452e-15), 0.0, 5e-6)  # a load across of rounding
 def test_balance_with_any_load(load, first, clearance):
     exponent, way, q_x, q_y = load
     size = 10.0**exponent

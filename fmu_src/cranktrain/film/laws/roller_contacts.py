@@ -218,8 +218,16 @@ def equilibrium(bearing: RollerBearing, load: Array, first_angle: float = 0.0, s
             angles = first_angle + 2.0 * math.pi * np.arange(bearing.rollers) / bearing.rollers
             loads = roller_loads(bearing, place, first_angle, slices)
             return LoadedBearing(place, stiffness, angles, loads, float(out[PRESSURE]), iteration)
-        softest = max(1.0e-10 * float(np.trace(stiffness)), 1.0e-30)
-        step = np.asarray(np.linalg.solve(stiffness + softest * np.eye(4), residual), dtype=np.float64)
+        # Either the directions that rollers resist or the others, whichever are further out of balance: one factor on
+        # a step of both would be the factor that the others need.
+        values, ways = np.linalg.eigh(stiffness)
+        share = ways.T @ residual
+        held = values > 1.0e-10 * values[-1]
+        softest = max(1.0e-10 * float(values[-1]), 1.0e-30)
+        if np.linalg.norm(share[held]) > np.linalg.norm(share[~held]):
+            step = ways[:, held] @ (share[held] / values[held])
+        else:
+            step = ways[:, ~held] @ (share[~held] / softest)
         step *= min(1.0, step_limit / float(np.linalg.norm(step)))
         place = place + _line_search(bearing, place, step, load, first_angle, slices) * step
     raise SolverError(
