@@ -149,7 +149,7 @@ def test_an_output_is_proposed_of_its_own_family_and_another_case_is_nearer_than
 
 
 def test_remedies_name_what_was_given_and_nothing_else(capsys):
-    assert main(["couple", "single_petrol", "--speed", "2000", "--no-valvetrain"]) == 2
+    assert main(["couple", "two_stroke_six", "--speed", "100", "--no-valvetrain"]) == 2
     assert "--no-valvetrain" not in (said := capsys.readouterr().err) and "--pressure" in said
     assert main(["couple", "single_petrol", "--speed", "2000"]) == 2
     assert "--no-valvetrain" in capsys.readouterr().err or "combustion" in said
