@@ -30,7 +30,9 @@ from cranktrain.core.visible_text import visible_streams
 
 
 class _Parser(argparse.ArgumentParser):
-    """Parser whose errors are one line."""
+    """Parser whose errors are one line. ``asked`` is the verb's parser, once there is one."""
+
+    asked: "_Parser | None" = None
 
     def __init__(self, **options: Any) -> None:
         super().__init__(**options)
@@ -38,8 +40,16 @@ class _Parser(argparse.ArgumentParser):
         self._negative_number_matcher = re.compile(r"^-(\d+\.?\d*|\.\d+)(e[-+]?\d+)?$", re.IGNORECASE)
 
     def error(self, message: str) -> NoReturn:
+        own = self.asked or self
         text = re.sub(r"^argument (--[-0-9a-z]+): ", r"\1 ", message)
-        raise InputError(text if "; " in text else f"{text}; see {self.prog} --help")
+        if unknown := re.match(r"unrecognized arguments: ([^\s=]+)", text):
+            word, verb = unknown[1], own.prog.removeprefix("cranktrain ")
+            text = f"{verb}: '{word}' is one argument too many"
+            if word.startswith("--"):
+                shown = [name for one in own._actions if one.help != argparse.SUPPRESS for name in one.option_strings]
+                hint = nearest(word[2:], [name[2:] for name in shown]).replace("'", "'--", 1)
+                text = f"{verb}: there is no option '{word}'" + (f"; {hint}" if hint.startswith("did") else "")
+        raise InputError(text if "; " in text else f"{text}; see {own.prog} --help")
 
 
 FAILED, WRONG, FAULT = 1, 2, 70
@@ -168,7 +178,7 @@ def _parser(*asked: str) -> _Parser:
         family, _, kind = name.partition(" ")
         place = kinds[family] if kind else verbs
         if name in asked:
-            _add_verb(place, name)
+            whole.asked = _add_verb(place, name)
         else:
             place.add_parser(kind or name)
     return whole
@@ -204,14 +214,14 @@ def _verb(arguments: Sequence[str]) -> str:
     return word
 
 
-def _add_verb(place: Any, name: str) -> None:
-    """Add the parser of a verb whose options are the fields of a question."""
+def _add_verb(place: Any, name: str) -> _Parser:
+    """Add the parser of a verb whose options are the fields of a question, and return it."""
     from cranktrain.cli import parser
     from cranktrain.cli.functions import verb_of
 
     function = parser.function_of(FUNCTIONS[name])
     known, module = verb_of(function), sys.modules[function.__module__]
-    sub = place.add_parser(
+    sub: _Parser = place.add_parser(
         name.rpartition(" ")[2], description=known.about, formatter_class=argparse.RawDescriptionHelpFormatter
     )
     parser.add_question(sub, known)
@@ -220,6 +230,7 @@ def _add_verb(place: Any, name: str) -> None:
     )
     sub.add_argument("--json", action="store_true", help=f"print one JSON object{keys}")
     sub.set_defaults(verb=partial(parser.run_verb, module, function), plain=getattr(module, "PLAIN", False))
+    return sub
 
 
 if __name__ == "__main__":
