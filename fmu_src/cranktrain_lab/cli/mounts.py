@@ -109,7 +109,7 @@ def show(found: VerbResult) -> None:
     header: Sequence[str]
     rows: list[list[str]] = []
     for one in found["modes"]:
-        shares = [f"{value:.2f}" for key, value in one.items() if key.startswith("share_")]
+        shares = [f"{round(value, 2) + 0.0:.2f}" for key, value in one.items() if key.startswith("share_")]
         coupled = ", ".join(one["coupled"]) or NOTHING
         rows.append([one["name"], f"{one['hz']:.3f}", f"{one['damping_ratio']:.3f}", *shares, coupled])
     header = ("mode", "Hz", "damping", "lateral", "bounce", "fore-and-aft", "pitch", "yaw", "roll", "coupled with")
