@@ -91,6 +91,7 @@ def cycle_overlay(runs: Mapping[str, TimeSeries], output: str) -> Any:
     Between both is the difference of two runs, the second less the first.
     """
     shown = quantity_of(output)
+    per_unit = "" if shown.unit == "1" else f" / {shown.unit}"
     two = len(runs) == 2
     figure = figure_of(9.5, 9.2 if two else 7.2)
     above, *middle, below = figure.subplots(2 + two, 1)
@@ -105,12 +106,12 @@ def cycle_overlay(runs: Mapping[str, TimeSeries], output: str) -> Any:
     for ax in middle:
         apart = cycles[1] - cycles[0]
         ax.plot(angle, np.append(apart, apart[0]), lw=1.2, color=GREY)
-        ax.set_ylabel(f"difference / {shown.unit}")
+        ax.set_ylabel(f"difference{per_unit}")
     for ax in (above, *middle):
         ax.set(xlim=(0, 720), xticks=np.arange(0, 721, 120), xlabel="crank angle over the last cycle / deg")
-    above.set_ylabel(shown.unit)
+    above.set_ylabel(output.rpartition(".")[2].replace("_", " ") + per_unit)
     below.set(xlim=(0, HIGHEST + 0.5), xticks=np.arange(0, HIGHEST + 0.1, 1.5))
-    below.set(xlabel="order / oscillations per revolution", ylabel=f"zero to peak / {shown.unit}")
+    below.set(xlabel="order / oscillations per revolution", ylabel=f"zero to peak{per_unit}")
     for ax in figure.axes:
         ax.grid(alpha=0.25)
     _legend(figure, above)
