@@ -222,12 +222,10 @@ def equilibrium(bearing: RollerBearing, load: Array, first_angle: float = 0.0, s
         # a step of both would be the factor that the others need.
         values, ways = np.linalg.eigh(stiffness)
         share = ways.T @ residual
-        held = values > 1.0e-10 * values[-1]
         softest = max(1.0e-10 * float(values[-1]), 1.0e-30)
-        if np.linalg.norm(share[held]) > np.linalg.norm(share[~held]):
-            step = ways[:, held] @ (share[held] / values[held])
-        else:
-            step = ways[:, ~held] @ (share[~held] / softest)
+        held = values > softest
+        further = held if np.linalg.norm(share[held]) > np.linalg.norm(share[~held]) else ~held
+        step = ways[:, further] @ (share[further] / np.maximum(values[further], softest))
         step *= min(1.0, step_limit / float(np.linalg.norm(step)))
         place = place + _line_search(bearing, place, step, load, first_angle, slices) * step
     raise SolverError(
