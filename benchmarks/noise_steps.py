@@ -1,10 +1,10 @@
-"""Steps and modes that levels of the block's surfaces need: ``python -m benchmarks.noise_steps [ENGINE [LEVEL]]``.
+"""Steps and modes that levels of the block's surfaces need: ``python -m benchmarks.noise_steps``.
 
-An engine (the six by default, a name or a file) in its flexible block at its best speed, mains at a level. Third-octave
-levels of the radiated power (efficiency 1) are compared with those of a quarter of the default step, and with those of
-all the block's modes. Errors are the largest of all bands with so many steps per period of their upper edge. The cost
-of recording is the processor time of a recorded run over that of the same run without the block's rows. Prints one
-JSON object.
+The arguments ``[ENGINE [LEVEL [INTEGRATOR]]]`` name an engine or its file (the six by default), in its flexible block
+at its best speed, the level of its mains and the integrator. Third-octave levels of the radiated power (efficiency 1)
+are compared with those of a quarter of the default step, and with those of all the block's modes. Errors are the
+largest of all bands with so many steps per period of their upper edge. The cost of recording is the processor time of a
+recorded run over that of the same run without the block's rows. Prints one JSON object.
 """
 
 from __future__ import annotations
@@ -46,11 +46,11 @@ def bands_of(result: NoiseResult, number: int) -> tuple[Any, Any]:
     return bands.high, level(power, POWER_REFERENCE)
 
 
-def study(name: str, bearings: str) -> dict[str, Any]:
+def study(name: str, bearings: str = "auto", integrator: str | None = None) -> dict[str, Any]:
     """Errors by steps and by modes, and the cost of recording."""
     engine = load_engine(name)
     rpm = round(engine.best_speed * 30.0 / math.pi)
-    request = Request(speed_rpm=rpm, block="flexible", bearings=bearings)  # type: ignore[arg-type]
+    request = Request(speed_rpm=rpm, block="flexible", bearings=bearings, integrator=integrator)  # type: ignore[arg-type]
     usual = default_step(rpm, CUTOFF_HZ)
 
     def silent(text: str) -> None:
@@ -60,6 +60,7 @@ def study(name: str, bearings: str) -> dict[str, Any]:
     found: dict[str, Any] = {
         "engine": engine.name,
         "bearings": made.settings.bearings,
+        "integrator": made.settings.integrator,
         "speed_rpm": rpm,
         "step_deg": usual,
     }
@@ -114,7 +115,7 @@ def cost(made: Any, request: Request, degrees: float) -> float:
 
 def main(names: list[str]) -> int:
     """Measure and print."""
-    print(json.dumps(study(names[0] if names else "diesel_i6", names[1] if len(names) > 1 else "auto"), indent=1))
+    print(json.dumps(study(*(names or ["diesel_i6"])), indent=1))
     return 0
 
 

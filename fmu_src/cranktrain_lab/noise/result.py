@@ -26,8 +26,9 @@ FORMAT, SCHEMA = "cranktrain noise", 1
 NOISE = kind_of(FORMAT)
 REMEDY = "run 'cranktrain noise ENGINE' again"
 STEPS = 4.0
-"""Least number of steps per period of a band's upper edge at which the error of the step is known to be below
-:data:`DOUBTFUL`: measured by ``benchmarks/noise_steps.py``."""
+MEASURED = ("esdirk4", "esdirk47")
+"""Least number of steps per period of a band's upper edge, and integrators, with which the error of the step is known
+to be below :data:`DOUBTFUL`: measured by ``benchmarks/noise_steps.py``."""
 DOUBTFUL = 3.0
 """Error of a band's level by the step, dB, above which a result marks the band."""
 _PANELS = {
@@ -109,8 +110,9 @@ class NoiseResult:
         return third_octaves(float(run.frequency[0]), min(self.highest, float(run.frequency[-1])))
 
     def unchecked(self, run: Recorded, bands: Bands) -> NDArray[np.bool_]:
-        """True (b,) for bands with fewer than ``STEPS`` steps in a period of their upper edge."""
-        return np.asarray(bands.high * STEPS * run.period > len(run.velocity) * (1.0 + 1e-9))
+        """True (b,) for bands with fewer than ``STEPS`` steps in a period of their upper edge, or other integrators."""
+        known = self.attributes.get("integrator", MEASURED[0]) in MEASURED
+        return np.asarray(bands.high * STEPS * run.period > len(run.velocity) * (1.0 + 1e-9)) | (not known)
 
     def step_errors(self, number: int, assumption: str) -> Array | None:
         """Largest difference (b,), dB, of a band's level, summed over panels, from that at half the step; or None.
