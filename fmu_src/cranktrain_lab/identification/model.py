@@ -32,7 +32,7 @@ from cranktrain.structure.crank.modal import cranktrain_matrices
 from cranktrain.studies.run_up.steady import CycleStart, Job, SteadyRuns
 from cranktrain.studies.torsion.damped_modes import damped_modes, with_ring
 from cranktrain.studies.torsion.damper_link import DamperLink
-from cranktrain.studies.torsion.frequency_run_up import HARMONIC_BALANCE, HIGHEST_ORDER, frequency_run_up
+from cranktrain.studies.torsion.frequency_run_up import HARMONIC_BALANCE, HIGHEST_ORDER, SolvedOrders, frequency_run_up
 from cranktrain.studies.torsion.shaft_orders import ShaftOrders
 from cranktrain_lab.identification.bending import Bending
 from cranktrain_lab.identification.data import FREQUENCY, RATIO, Data, Scalar, Shape, Strand
@@ -40,7 +40,7 @@ from cranktrain_lab.identification.parameters import CRANK, LOAD, SCALE, ZERO, S
 from cranktrain_lab.identification.tables import LEVELS, TWIST
 from cranktrain_lab.variants.models import torsional_model
 from cranktrain_lab.variants.study import Levels
-from cranktrain_lab.variants.torsional import SolvedOrders, against_frame, solved_orders, structure_of
+from cranktrain_lab.variants.torsional import against_frame, structure_of, variant_orders
 
 LINEAR, BALANCE, TIME = LEVELS
 _TWISTS = slice(5, None)
@@ -171,7 +171,7 @@ class TorsionalModel:
         made, named = self.assembly(values), self._named(values)
         strands = tuple(
             self._measured(one, self._orders(one, solved)[rows], named)
-            for solved in ([solved_orders(made, self.speeds, self._structure(made))] if self.data.strands else [])
+            for solved in ([variant_orders(made, self.speeds, self._structure(made))] if self.data.strands else [])
             for one, rows in zip(self.data.strands, self._rows, strict=True)
         )
         return Answers(strands, self._scalars(made, values), tuple(shape_of(made, one) for one in self.data.shapes))

@@ -18,7 +18,6 @@ A nominal stress has no notch factor; fillets are judged by ``cranktrain fatigue
 
 import re
 from dataclasses import replace
-from typing import NamedTuple
 
 import numpy as np
 
@@ -29,8 +28,7 @@ from cranktrain.loads.gas_pressure import GasTrace
 from cranktrain.results.orders.harmonics import ComplexArray
 from cranktrain.structure.assembly import Assembly
 from cranktrain.structure.crank.torsional import shaft_nodes
-from cranktrain.studies.torsion.damper_link import DamperLink, equivalent
-from cranktrain.studies.torsion.frequency_run_up import HIGHEST_ORDER, frame_wobble
+from cranktrain.studies.torsion.frequency_run_up import HIGHEST_ORDER, SolvedOrders, frame_wobble, solved_orders
 from cranktrain.studies.torsion.shaft_orders import ShaftOrders
 
 TWIST, TORSION, HEAT, TORQUE = "twist", "pulley.torsion", "damper.heat", "damper.torque"
@@ -66,46 +64,18 @@ def check_torsional_output(output: str, damper: bool) -> None:
         raise InputError(f"outputs: '{output}' needs a damper; give the engine a [damper], or leave the output out")
 
 
-class SolvedOrders(NamedTuple):
-    """Solution of a linear run-up by orders.
-
-    Attributes
-    ----------
-    structure : linear structure
-    motion : (s, k + 1, n) complex coordinates
-    twist, stiffness : (s, k + 1) twist of hub against ring and complex stiffness of the damper; None without damper
-    link : damper, or None
-    """
-
-    structure: ShaftOrders
-    motion: ComplexArray
-    twist: ComplexArray | None
-    stiffness: ComplexArray | None
-    link: DamperLink | None
-
-
 def structure_of(made: Assembly, highest: float = HIGHEST_ORDER) -> ShaftOrders:
     """Return the linear structure of one variant for orders up to ``highest``; raises ``InputError``."""
     return ShaftOrders(made.engine, made.body, made.settings, GasTrace.from_engine(made.engine), highest)
 
 
-def solved_orders(made: Assembly, speeds: Array, structure: ShaftOrders | None = None) -> SolvedOrders:
+def variant_orders(made: Assembly, speeds: Array, structure: ShaftOrders | None = None) -> SolvedOrders:
     """Solve the linear motion of one variant at ``speeds`` (s,) rad/s; ``structure`` may be given if known.
 
     Raises ``InputError``, ``SolverError``.
     """
-    engine, settings = made.engine, made.settings
-    structure = structure_of(made) if structure is None else structure
-    moved = structure.answers(speeds, structure.known(speeds), structure.friction(speeds))
-    motion = moved[..., 0]
-    if settings.damper != "fitted":
-        return SolvedOrders(structure, motion, None, None, None)
-    at_ring = structure.ends_rows()[0]
-    link = DamperLink(engine, settings, speeds, speeds[:, None] * structure.orders)
-    compliance = moved[..., 1] @ at_ring
-    stiffness = equivalent(link, motion @ at_ring, compliance, structure)
-    twist = (motion @ at_ring) / (1.0 + stiffness * compliance)
-    return SolvedOrders(structure, motion - (stiffness * twist)[..., None] * moved[..., 1], twist, stiffness, link)
+    damper = (made.engine, made.settings) if made.settings.damper == "fitted" else None
+    return solved_orders(structure_of(made) if structure is None else structure, damper, speeds)
 
 
 def against_frame(solved: SolvedOrders, speeds: Array, row: Array) -> ComplexArray:
@@ -125,8 +95,8 @@ def torsional_answer(
     Raises ``InputError``, ``SolverError``.
     """
     engine = made.engine
-    solved = solved_orders(made, speeds, structure)
-    structure, motion, twist, stiffness, link = solved
+    solved = variant_orders(made, speeds, structure)
+    structure, motion, _, twist, stiffness, link = solved
     _, pulley, _, flywheel = structure.ends_rows()
     found: dict[str, Array] = {}
     bases = {base_name(output) for output in outputs}

@@ -190,10 +190,8 @@ class _Transfer(NamedTuple):
         if damper is None:
             return cls(motion, by_rest, np.zeros(motion.shape[:2], dtype=complex), None, friction)
         twist = structure.at.twist
-        link = DamperLink(*damper, speeds, speeds[:, None] * structure.orders)
-        compliance = by_rest[:, :, twist]
-        stiffness = equivalent(link, np.einsum("skp,skp->sk", motion[:, :, twist], known), compliance, structure)
-        share = 1.0 / (1.0 + stiffness * compliance)
+        free = np.einsum("skp,skp->sk", motion[:, :, twist], known)
+        link, stiffness, share = _linked(structure, damper, speeds, free, by_rest[:, :, twist])
         held = (stiffness * share)[:, :, None, None]
         motion = motion - held * by_rest[:, :, :, None] * motion[:, :, twist, None]
         return cls(motion, share[:, :, None] * by_rest, stiffness, link if link.thinning else None, friction)
@@ -224,12 +222,56 @@ def _ends(structure: ShaftOrders, speeds: Array, motion: ComplexArray, friction:
     return np.concatenate((ends, structure.shaft_torques(speeds, motion[:, :, at.shafts :], friction)), axis=2)
 
 
+def _linked(
+    structure: ShaftOrders, damper: Fitted, speeds: Array, free: ComplexArray, compliance: ComplexArray
+) -> tuple[DamperLink, ComplexArray, ComplexArray]:
+    """Link of a damper, its complex stiffness (s, k) and by what factor it reduces the ``free`` twist (s, k)."""
+    link = DamperLink(*damper, speeds, speeds[:, None] * structure.orders)
+    stiffness = equivalent(link, free, compliance, structure)
+    return link, stiffness, 1.0 / (1.0 + stiffness * compliance)
+
+
+class SolvedOrders(NamedTuple):
+    """Solution of a linear run-up by orders.
+
+    Attributes
+    ----------
+    structure : linear structure
+    motion : (s, k + 1, n) complex coordinates
+    friction : (s, shafts) damping that stands for friction in the drive line
+    twist, stiffness : (s, k + 1) twist of hub against ring and complex stiffness of the damper; None without damper
+    link : damper, or None
+    """
+
+    structure: ShaftOrders
+    motion: ComplexArray
+    friction: Array
+    twist: ComplexArray | None = None
+    stiffness: ComplexArray | None = None
+    link: DamperLink | None = None
+
+
+def solved_orders(structure: ShaftOrders, damper: Fitted | None, speeds: Array) -> SolvedOrders:
+    """Solve the motion of a linear structure, with the mean inertia of its rods, at ``speeds`` (s,) rad/s.
+
+    Raises ``SolverError``: a damper or friction that does not settle.
+    """
+    friction = structure.friction(speeds)
+    moved = structure.answers(speeds, structure.known(speeds), friction)
+    free, by_damper = moved[..., 0], moved[..., 1]
+    if damper is None:
+        return SolvedOrders(structure, free, friction)
+    row = structure.ends_rows()[0]
+    link, stiffness, share = _linked(structure, damper, speeds, free @ row, by_damper @ row)
+    twist = share * (free @ row)
+    motion = free - (stiffness * twist)[..., None] * by_damper
+    return SolvedOrders(structure, motion, friction, twist, stiffness, link)
+
+
 def _linear(structure: ShaftOrders, damper: Fitted | None, speeds: Array) -> ComplexArray:
     """Orders (s, k + 1, 2 + shafts) of pulley, flywheel and shaft torques, with the mean inertia of the rods."""
-    known = structure.known(speeds)
-    transfer = _Transfer.of(structure, damper, speeds, known)
-    motion = transfer.respond(known, np.zeros(known.shape[:2], dtype=complex))
-    return _ends(structure, speeds, motion, transfer.friction)
+    solved = solved_orders(structure, damper, speeds)
+    return _ends(structure, speeds, solved.motion @ structure.rows.T, solved.friction)
 
 
 class _Coupling:

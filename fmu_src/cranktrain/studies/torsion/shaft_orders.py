@@ -137,7 +137,7 @@ class ShaftOrders:
         self._hysteresis: Array = self._own_twists.T @ (lost[:, None] * self._own_twists)
         self.shafts = (*self.link.names, *(body.shafts[k] for k in found))
         ends = (twist, model.ends[1, own], swing, self._flywheel)
-        self._rows = np.vstack((rows, *ends, self._shaft_twists, self._own_twists))
+        self.rows: Array = np.vstack((rows, *ends, self._shaft_twists, self._own_twists))
         # Loss factors are complex stiffness here. The model's last shafts represent them in time and are left out.
         kept = len(model.shafts) - np.count_nonzero(self._own_laws[:, OF_LOSS]) - np.count_nonzero(line.hysteresis)
         model = model._replace(shafts=model.shafts[:kept], shaft_laws=model.shaft_laws[:kept])
@@ -237,7 +237,7 @@ class ShaftOrders:
 
     def _shafts_alone(self, speeds: Array) -> tuple[ComplexArray, ComplexArray]:
         """Twists (s, k + 1, shafts) without friction, and by a unit torque in each rubbing shaft (…, shafts, m)."""
-        pins, own = self._rows[: self.pins], self._shaft_twists[self.link.rubbing]
+        pins, own = self.rows[: self.pins], self._shaft_twists[self.link.rubbing]
         right = np.empty((speeds.size, self.orders.size, own.shape[1], 1 + len(own)), dtype=complex)
         right[..., 0] = self.known(speeds) @ pins
         right[..., 1:] = own.T
@@ -289,21 +289,21 @@ class ShaftOrders:
         :mod:`cranktrain.studies.torsion.frequency_run_up`.
         """
         dynamic = self._dynamic(speeds, orders, friction)
-        right = self._rows[: self.pins + 1].T
+        right = self.rows[: self.pins + 1].T
         zero = np.flatnonzero(orders == 0)
         moved = np.linalg.solve(dynamic, np.broadcast_to(right, (*dynamic.shape[:2], *right.shape)))
         for k in zero:
             moved[:, k, 0] = 0.0
-        return np.asarray(self._rows @ moved)
+        return np.asarray(self.rows @ moved)
 
     def answers(self, speeds: Array, torques: ComplexArray, friction: Array | None = None) -> ComplexArray:
         """Coordinates (s, k + 1, n, 2) under ``torques`` (s, k + 1, p) on pins, and under 1 N m between hub and ring.
 
         It needs fewer right-hand sides than :meth:`transfer` if orders are not coupled; the arguments are the same.
         """
-        right = np.empty((*torques.shape[:2], self._rows.shape[1], 2), dtype=complex)
-        right[..., 0] = torques @ self._rows[: self.pins]
-        right[..., 1] = self._rows[self.pins]
+        right = np.empty((*torques.shape[:2], self.rows.shape[1], 2), dtype=complex)
+        right[..., 0] = torques @ self.rows[: self.pins]
+        right[..., 1] = self.rows[self.pins]
         moved = np.linalg.solve(self._dynamic(speeds, np.arange(self.orders.size), friction), right)
         moved[:, 0, 0] = 0.0
         return np.asarray(moved)
@@ -311,11 +311,11 @@ class ShaftOrders:
     def rotations(self, body: ReducedBody, names: Sequence[str]) -> Array:
         """Rows (m, n) that give the rotations about the axis of interfaces of the crank's ``body``."""
         turned = body.shapes[[body.index(name) for name in names], 5, slots.ROTATION :]
-        return np.pad(turned, ((0, 0), (0, self._rows.shape[1] - turned.shape[1])))
+        return np.pad(turned, ((0, 0), (0, self.rows.shape[1] - turned.shape[1])))
 
     def ends_rows(self) -> Array:
         """Rows (4, n) of :class:`Observed`: twist of hub against ring, pulley, swing, flywheel."""
-        return self._rows[self.pins : self.pins + 4]
+        return self.rows[self.pins : self.pins + 4]
 
     def shaft_rows(self) -> Array:
         """Rows (shafts, n) that give the twists of all ``shafts``."""
@@ -342,7 +342,7 @@ class ShaftOrders:
         """
         stiffness, _, mass = self.matrices(False)
         squares, shapes = eigh(stiffness, mass)
-        crank = self._rows.shape[1] - len(self._ring)
+        crank = self.rows.shape[1] - len(self._ring)
         moves = np.linalg.norm(shapes[:crank], axis=0) > _MOVES * np.linalg.norm(shapes, axis=0)
         return np.sqrt(squares[(squares > 1e-6 * squares[-1]) & moves]) / (2.0 * math.pi)
 
@@ -351,13 +351,13 @@ class ShaftOrders:
 
         At order 0 the flywheel stands still, and the mean torque that this takes is the first unknown.
         """
-        n = self._rows.shape[1]
-        pins = self._rows[: self.pins]
+        n = self.rows.shape[1]
+        pins = self.rows[: self.pins]
         w = speeds[:, None] * self.orders[orders]
         share = np.broadcast_to(self.burn(speeds)[:, None], w.shape)
         motored, rise = np.zeros((2, n, n))
         if self.lead is not None:
-            motored, rise = (pins.T @ (slope[:, None] * (pins - self._rows[self.lead])) for slope in self._by_turn)
+            motored, rise = (pins.T @ (slope[:, None] * (pins - self.rows[self.lead])) for slope in self._by_turn)
         more = np.stack((-np.ones_like(w), -share, 1j * (w > 0.0)), axis=-1)
         weights = np.concatenate((self._matrices.weights(speeds[:, None], w), more), axis=-1)
         parts = np.concatenate((self._parts, np.stack((motored, rise, self._hysteresis))))
