@@ -3,8 +3,9 @@
 The cases are rows of ``tests/data/mutants.toml``: file (below ``fmu_src``), the text of a line and what stands in its
 place, and the tests (below ``tests``) that should fail. Everything happens in a copy of the tree with a cache of its
 own, in ``out/mutants``. First the tests of a case must pass there as they are; then the line is changed, and they run
-again. Verdicts are kept with what they rest on, the mutated file and the tests, so that a run that was stopped goes on
-and a later one repeats what has changed. Exit code 1 if a mutant survives or a case cannot be judged.
+again. Verdicts are kept in ``tests/data/mutants_judged.json`` with what they rest on, the mutated file and the tests,
+so that a run that was stopped goes on and a later one repeats what has changed. Exit code 1 if a mutant survives or a
+case cannot be judged.
 
     python tests/mutants.py [--only TEXT ...] [--again]
 """
@@ -121,17 +122,22 @@ def judged(case: Case, tree: Path, passing: dict[tuple[str, ...], int]) -> str:
     return verdicts.get(code, f"ERROR: pytest ends with code {code}, see {WORKSHOP / 'last.txt'}")
 
 
+def written(verdicts: dict[str, str]) -> str:
+    """Text of the file of verdicts."""
+    return json.dumps(verdicts, indent=0, sort_keys=True) + "\n"
+
+
 def main(arguments: list[str] | None = None) -> int:
     parser = argparse.ArgumentParser(description=str(__doc__).partition("\n")[0])
     parser.add_argument("--only", nargs="+", default=[""], metavar="TEXT", help="cases whose title holds one of these")
     parser.add_argument("--again", action="store_true", help="judge also what has been judged as it is")
     options = parser.parse_args(arguments)
     cases = [case for case in read_cases() if any(text in case.title for text in options.only)]
-    tree, ledger = WORKSHOP / "tree", WORKSHOP / "verdicts.json"
+    tree, ledger = WORKSHOP / "tree", CASES.with_name(f"{CASES.stem}_judged.json")
     copy_tree(tree)
     kept: dict[str, str] = json.loads(ledger.read_text("utf-8")) if ledger.is_file() else {}
     passing: dict[tuple[str, ...], int] = {}
-    verdicts = []
+    verdicts, current = [], set()
     for number, case in enumerate(cases, 1):
         start = time.monotonic()
         try:
@@ -144,10 +150,13 @@ def main(arguments: list[str] | None = None) -> int:
             key = sha256("\0".join(rests_on).encode()).hexdigest()[:16]
             if options.again or kept.get(key) not in (KILLED, SURVIVED):
                 kept[key] = judged(case, tree, passing)
-                ledger.write_text(json.dumps(kept, indent=0), "utf-8")
+                ledger.write_text(written(kept), "utf-8")
             verdict = kept[key]
+            current.add(key)
         verdicts.append(verdict)
         print(f"{number:3}/{len(cases)} {verdict:8} {time.monotonic() - start:5.0f} s  {case.title}", flush=True)
+    if options.only == [""]:  # verdicts on texts that are no more
+        ledger.write_text(written({key: kept[key] for key in current}), "utf-8")
     bad = sum(verdict != KILLED for verdict in verdicts)
     print(f"{len(cases) - bad} of {len(cases)} mutants killed" + (f"; {bad} survived or not judged" if bad else ""))
     return 1 if bad else 0
