@@ -8,7 +8,7 @@ import pytest
 from expected import cases
 
 from cranktrain.engine.file import load_engine
-from cranktrain.loads.slider_crank import rod_force
+from cranktrain.loads.slider_crank import remainder_inertia, rod_force
 
 CASES = cases("slider_crank")
 SERIES = CASES["slider_crank_series"]["expected"]["fft"]
@@ -73,3 +73,14 @@ def test_a_flat_plane_v8_shakes_sideways_with_second_order():
     second = np.abs(np.fft.rfft(over_a_turn(1.0, 1.0 / ratio, 0.0, 1.0)[2])[2]) * 2 / N
     assert second == pytest.approx(ratio + ratio**3 / 4 + 15 * ratio**5 / 128, rel=1e-3)
     assert sideways == pytest.approx(4.0 * np.sqrt(2.0) * second, abs=1e-12) and upwards < 1e-12
+
+
+@pytest.mark.parametrize("name", ["diesel_i6", "four_petrol"])
+def test_eye_masses_and_remainder_have_the_rods_moment_of_inertia(name):
+    """Masses of the eyes have the rod's centre of mass; about it they and the remainder have its moment of inertia."""
+    rod = load_engine(name).rods[0]
+    big, small = rod.big_end_mass, rod.small_end_mass
+    to_big, to_small = rod.length * small / (big + small), rod.length * big / (big + small)
+    eyes = big * to_big**2 + small * to_small**2
+    assert eyes + remainder_inertia(rod) == pytest.approx(rod.inertia, rel=1e-12)
+    assert abs(to_big / to_small - 1.0) > 0.1  # the eyes cannot be mistaken for one another
