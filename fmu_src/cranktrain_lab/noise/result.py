@@ -25,10 +25,9 @@ from cranktrain_lab.noise.recording import Recorded
 FORMAT, SCHEMA = "cranktrain noise", 1
 NOISE = kind_of(FORMAT)
 REMEDY = "run 'cranktrain noise ENGINE' again"
-STEPS = 4.0
-MEASURED = ("esdirk4", "esdirk47")
-"""Least number of steps per period of a band's upper edge, and integrators, with which the error of the step is known
-to be below :data:`DOUBTFUL`: measured by ``benchmarks/noise_steps.py``."""
+MEASURED, STEPS = ("esdirk4", "esdirk47"), 4.0
+"""Integrators whose error of a band's level was measured (``benchmarks/noise_steps.py``), and from how many steps in a
+period of the band's upper edge on it is below :data:`DOUBTFUL`."""
 DOUBTFUL = 3.0
 """Error of a band's level by the step, dB, above which a result marks the band."""
 _PANELS = {
@@ -110,9 +109,12 @@ class NoiseResult:
         return third_octaves(float(run.frequency[0]), min(self.highest, float(run.frequency[-1])))
 
     def unchecked(self, run: Recorded, bands: Bands) -> NDArray[np.bool_]:
-        """True (b,) for bands with fewer than ``STEPS`` steps in a period of their upper edge, or other integrators."""
-        known = self.attributes.get("integrator", MEASURED[0]) in MEASURED
-        return np.asarray(bands.high * STEPS * run.period > len(run.velocity) * (1.0 + 1e-9)) | (not known)
+        """True (b,) for bands with fewer than ``STEPS`` steps in a period of their upper edge.
+
+        All bands are unchecked if the run's integrator is not one of ``MEASURED``.
+        """
+        few = np.asarray(bands.high * STEPS * run.period > len(run.velocity) * (1.0 + 1e-9))
+        return few | (self.attributes.get("integrator") not in MEASURED)
 
     def step_errors(self, number: int, assumption: str) -> Array | None:
         """Largest difference (b,), dB, of a band's level, summed over panels, from that at half the step; or None.

@@ -225,7 +225,7 @@ def _ends(structure: ShaftOrders, speeds: Array, motion: ComplexArray, friction:
 def _linked(
     structure: ShaftOrders, damper: Fitted, speeds: Array, free: ComplexArray, compliance: ComplexArray
 ) -> tuple[DamperLink, ComplexArray, ComplexArray]:
-    """Link of a damper, its complex stiffness (s, k) and by what factor it reduces the ``free`` twist (s, k)."""
+    """Link of a damper, its complex stiffness (s, k), and the factor (s, k) by which it reduces the ``free`` twist."""
     link = DamperLink(*damper, speeds, speeds[:, None] * structure.orders)
     stiffness = equivalent(link, free, compliance, structure)
     return link, stiffness, 1.0 / (1.0 + stiffness * compliance)

@@ -81,6 +81,7 @@ class ShaftOrders:
     at : rows of a transfer behind the pins': twist of hub against ring, rotation of the pulley, of the crank in the
         mean, of the flywheel; then the twists of the shafts
     lead : row of a transfer by whose motion pressures lead; None where they go by the pins' own angles
+    rows : (p + 4 + shafts, n) rows of a transfer on the n coordinates
     link : the drive line's shafts
     shafts : names of all shafts whose torques are known, first those of ``link``, then those of a crank from a table
     balanced : whether the burn balances the engine's ``[load]``
